@@ -1,0 +1,32 @@
+/// Boulders as the modules hand them to each other.
+#pragma once
+
+#include <cstdint>
+
+#include "core/eigen.hpp"
+#include "core/fixed_vector.hpp"
+#include "mission_cfg.hpp"
+
+namespace cairn {
+
+/// A boulder of the orbital map, frame `map`.
+struct MapBoulder {
+  Vec2 p_map_m = Vec2(0.0, 0.0);
+  float diameter_m = 0.0F;
+};
+/// The orbital boulders near the rover.
+using MapBoulders = FixedVector<MapBoulder, cfg::kMaxMapWindowBoulders>;
+
+/// A boulder seen from the ground, frame `site`, projected vertically (METHOD section C).
+struct LocalBoulder {
+  Vec2 p_site_m = Vec2(0.0, 0.0);
+  double z_site_m = 0.0;
+  float diameter_m = 0.0F;
+  float spread_m = 0.0F;        ///< root mean square distance of its 3D points from their mean
+  std::uint32_t id = 0;         ///< unique over the drive
+  std::uint16_t sightings = 0;  ///< frames in which it was seen
+};
+/// The ground boulders of the last frames.
+using LocalMap = FixedVector<LocalBoulder, cfg::kMaxLocalBoulders>;
+
+}  // namespace cairn

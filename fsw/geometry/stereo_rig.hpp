@@ -1,0 +1,56 @@
+/// The rectified stereo rig: projection, triangulation and its covariance, and where the rig sits on the rover.
+///
+/// Frame `cam`: optical centre of the left camera, x right, y down, z forward (metres). Pixels: centre of the
+/// top-left pixel is (0, 0), u right, v down. The right camera stands at +baseline on the x axis of `cam`, same
+/// attitude, same intrinsics:
+///   u_left = fx x/z + cx    v = fy y/z + cy    u_right = u_left - fx b/z    disparity d = u_left - u_right
+#pragma once
+
+#include "geometry/pose3.hpp"
+
+namespace cairn {
+
+/// A point seen by both cameras.
+struct StereoPixel {
+  double u_left = 0.0;
+  double v_left = 0.0;
+  double u_right = 0.0;
+  double v_right = 0.0;
+
+  double disparity_px() const { return u_left - u_right; }
+};
+
+struct StereoRig {
+  int width_px = 0;
+  int height_px = 0;
+  double fx_px = 0.0;
+  double fy_px = 0.0;
+  double cx_px = 0.0;
+  double cy_px = 0.0;
+  double baseline_m = 0.0;
+  Pose3 T_rover_cam;  ///< where the left camera sits on the rover
+};
+
+/// False where a number is not finite, or a size, focal length or baseline is not positive.
+bool is_valid(const StereoRig& rig);
+
+/// Left camera pose for a mast: the stereo mid-point `height_m` above the rover's origin, optical axes
+/// `pitch_down_rad` below the rover's x axis, left camera at +baseline/2 along the rover's y axis.
+Pose3 mast_pose(double height_m, double pitch_down_rad, double baseline_m);
+
+/// Projection of p_cam (z > 0) into both images.
+StereoPixel project(const StereoRig& rig, const Vec3& p_cam);
+
+/// Moves a match onto the epipolar geometry by the Sampson approximation (METHOD section A; Hartley and Zisserman
+/// 12.4). Between rectified views the epipolar constraint is v_left = v_right, which is linear, so the first-order
+/// correction is exact: each side takes half of the difference.
+StereoPixel sampson_correct(const StereoPixel& match);
+
+/// Triangulated point in `cam`. Asks for a positive disparity (the caller gates it) and a match on its epipolar line.
+Vec3 triangulate(const StereoRig& rig, const StereoPixel& corrected);
+
+/// 3x3 covariance of the triangulated point in `cam`, m^2, from independent pixel noise of `sigma_px` on u_left,
+/// u_right and each of the two v (whose mean is used): first order, J S J^T. Along the ray it grows as z^4/(f b)^2.
+Mat3 triangulation_covariance(const StereoRig& rig, const Vec3& p_cam, double sigma_px);
+
+}  // namespace cairn

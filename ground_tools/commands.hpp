@@ -1,0 +1,11 @@
+/// The sub-commands of `cairn`. Each file `cmd_<name>.cpp` adds its own to the command line.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace cairn::ground {
+
+void add_map_commands(CLI::App& app);  ///< cairn map ...   (cmd_map.cpp)
+void add_run_command(CLI::App& app);   ///< cairn run ...   (cmd_run.cpp)
+
+}  // namespace cairn::ground

@@ -1,0 +1,36 @@
+/// What a mission may choose: sizes, rig and parameters, with the paper's rig as the default values.
+///
+/// `mission_cfg/<mission>/mission_values.hpp` sets `cfg::kMission` from this; `mission_cfg.hpp` derives the
+/// capacities that flight code uses and checks everything with static_assert. Metres, radians, pixels.
+#pragma once
+
+namespace cairn::cfg {
+
+struct Mission {
+  const char* name = "paper";
+
+  // Rig (METHOD section IV): 66 x 52 degrees, 0.7 m high, 39 degrees down, 0.12 m baseline.
+  int image_width_px = 512;   ///< largest image; smaller ones are accepted
+  int image_height_px = 384;
+  double fx_px = 394.205430737;
+  double fy_px = 394.205430737;
+  double cx_px = 255.5;
+  double cy_px = 191.5;
+  double baseline_m = 0.12;
+  double camera_height_m = 0.7;
+  double camera_pitch_down_rad = 0.68067840827778852;  // 39 degrees
+
+  // Capacities.
+  int max_features = 600;            ///< per image
+  int max_labels = 128;              ///< segmented regions per frame
+  int max_map_window_boulders = 4096;  ///< orbital boulders near the rover
+  int max_local_boulders = 256;      ///< ground boulders in the sliding window
+
+  // Visual odometry.
+  int min_disparity_px = 4;          ///< nearer to infinity than this is not triangulated
+  int max_disparity_px = 160;
+  int search_radius_px = 40;         ///< t to t+1, about the predicted position
+  int first_search_radius_px = 120;  ///< where no motion is known yet
+};
+
+}  // namespace cairn::cfg

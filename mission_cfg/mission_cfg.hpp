@@ -1,0 +1,26 @@
+/// The mission's sizes and parameters as flight code uses them. MISSION=<name> on make's command line chooses the
+/// folder that `mission_values.hpp` comes from.
+#pragma once
+
+#include <cstddef>
+
+#include "mission_values.hpp"
+
+namespace cairn::cfg {
+
+inline constexpr int kImageWidth = kMission.image_width_px;
+inline constexpr int kImageHeight = kMission.image_height_px;
+inline constexpr std::size_t kImagePixels = static_cast<std::size_t>(kImageWidth) * kImageHeight;
+inline constexpr std::size_t kMaxFeatures = kMission.max_features;
+inline constexpr std::size_t kMaxLabels = kMission.max_labels;
+inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
+inline constexpr std::size_t kMaxLocalBoulders = kMission.max_local_boulders;
+
+static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0, "image width: even, 64 to 2048");
+static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0, "image height: even, 64 to 2048");
+static_assert(kMaxFeatures >= 50 && kMaxFeatures <= 4096, "features: 50 to 4096");
+static_assert(kMaxLabels >= 8 && kMaxLabels <= 255, "labels fit a byte, 0 is 'none'");
+static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMission.min_disparity_px,
+              "disparity range");
+
+}  // namespace cairn::cfg

@@ -1,0 +1,5 @@
+# Host: the machine that builds. Baseline x86-64, so that every host gives the same bits.
+CXX := g++
+AR  := ar
+CPU :=
+OPT := -O3
