@@ -20,6 +20,10 @@ B := build/$(TARGET)$(if $(filter-out paper,$(MISSION)),-$(MISSION))$(if $(SAN),
 .DEFAULT_GOAL := help
 include platform/$(TARGET)/toolchain.mk
 
+# V=1 shows each command.
+Q := $(if $(V),,@)
+say = @printf '  %-8s %s\n' '$(1)' '$(2)'
+
 # ---- flags ---------------------------------------------------------------------------------------------------------
 WARN    := -Wall -Wextra -Wshadow -Wvla -Walloca -Wcast-align -Wdouble-promotion -Wnon-virtual-dtor -Werror
 EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_ALIGN_BYTES=0 -isystem /usr/include/eigen3
@@ -69,21 +73,26 @@ clean: ## remove build/
 # ---- rules ---------------------------------------------------------------------------------------------------------
 $(B)/fsw/%.o: fsw/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CPU) $(FLIGHT) -c $< -o $@
+	$(call say,CXX,$<)
+	$(Q)$(CXX) $(CPU) $(FLIGHT) -c $< -o $@
 $(B)/platform/%.o: platform/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CPU) $(GROUND) -c $< -o $@
+	$(call say,CXX,$<)
+	$(Q)$(CXX) $(CPU) $(GROUND) -c $< -o $@
 $(B)/ground_tools/%.o: ground_tools/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
+	$(call say,CXX,$<)
+	$(Q)$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
 $(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CPU) $(TESTING) $(OPENCV_INC) -isystem /usr/include/gdal -c $< -o $@
+	$(call say,CXX,$<)
+	$(Q)$(CXX) $(CPU) $(TESTING) $(OPENCV_INC) -isystem /usr/include/gdal -c $< -o $@
 $(B)/unit_tests/%.o: unit_tests/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(CPU) $(TESTING) -isystem /usr/include/gdal -c $< -o $@
+	$(call say,CXX,$<)
+	$(Q)$(CXX) $(CPU) $(TESTING) -isystem /usr/include/gdal -c $< -o $@
 
-archive = rm -f $@ && $(AR) rcsD $@ $(filter %.o,$^)
+archive = $(Q)rm -f $@ && $(AR) rcsD $@ $(filter %.o,$^)
 $(FSW_LIB): $(call obj,$(FSW_SRC))
 	$(archive)
 $(PLATFORM_LIB): $(call obj,$(PLATFORM_SRC))
@@ -94,7 +103,7 @@ $(SUPPORT_LIB): $(call obj,$(SUPPORT_SRC))
 	$(archive)
 
 LIBS_ALL = $(TOOL_LIB) $(SUPPORT_LIB) $(PLATFORM_LIB) $(FSW_LIB)
-link = $(CXX) $(CPU) $(SANFLAG) $(filter %.o,$^) -Wl,--start-group $(filter %.a,$^) -Wl,--end-group
+link = $(Q)$(CXX) $(CPU) $(SANFLAG) $(filter %.o,$^) -Wl,--start-group $(filter %.a,$^) -Wl,--end-group
 $(CAIRN): $(call obj,$(TOOL_MAIN)) $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(GDAL_LIBS) -lfmt -o $@
 # The OpenCV oracles and the integration tests see the ground tools; unit tests see flight code, support and fakes alone.

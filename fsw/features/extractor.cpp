@@ -1,0 +1,186 @@
+#include "features/extractor.hpp"
+
+#include <cmath>
+
+#include "features/sift_descriptor.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr BlurKernel kFine = make_blur_kernel(1.2);
+constexpr BlurKernel kCoarse = make_blur_kernel(1.92);
+constexpr int kContrast = 77;        // 0.6 grey levels in units of 1/128: below it is noise of an 8-bit image
+constexpr int kMargin = kDescriptorMargin;
+constexpr std::uint32_t kRowOpsPerPixel = 30;
+
+/// Curvatures of the difference at a pixel.
+struct Hessian {
+  int xx, yy, xy4;  // xy4: four times the mixed derivative
+};
+
+Hessian hessian(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b) {
+  return {h[1] + h[-1] - 2 * h[0], a[0] + b[0] - 2 * h[0], (b[1] - b[-1]) - (a[1] - a[-1])};
+}
+
+/// Lowe's edge test with r = 10: trace^2 / det < (r + 1)^2 / r, det > 0.
+bool is_edge(const Hessian& d) {
+  const std::int64_t trace = d.xx + d.yy;
+  const std::int64_t det16 = 16 * static_cast<std::int64_t>(d.xx) * d.yy - static_cast<std::int64_t>(d.xy4) * d.xy4;
+  return det16 <= 0 || trace * trace * 10 * 16 >= 121 * det16;
+}
+
+bool is_extremum(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b) {
+  const int c = h[0];
+  if (c > 0) {
+    return c > a[-1] && c > a[0] && c > a[1] && c > h[-1] && c >= h[1] && c >= b[-1] && c >= b[0] && c >= b[1];
+  }
+  return c < a[-1] && c < a[0] && c < a[1] && c < h[-1] && c <= h[1] && c <= b[-1] && c <= b[0] && c <= b[1];
+}
+
+/// Vertex of the quadratic through the 3 x 3 neighbourhood; the offset is cut at half a pixel.
+void refine(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b, const Hessian& d, Feature& f) {
+  const double gx = 0.5 * (h[1] - h[-1]);
+  const double gy = 0.5 * (b[0] - a[0]);
+  const double xy = 0.25 * d.xy4;
+  const double det = static_cast<double>(d.xx) * d.yy - xy * xy;
+  const double du = -(d.yy * gx - xy * gy) / det;
+  const double dv = -(d.xx * gy - xy * gx) / det;
+  const auto cut = [](double v) { return v > 0.5 ? 0.5 : (v < -0.5 ? -0.5 : v); };
+  f.u = static_cast<float>(f.iu + cut(du));
+  f.v = static_cast<float>(f.iv + cut(dv));
+}
+
+}  // namespace
+
+ExtractStatus FeatureExtractor::start(const ImageU8& image) {
+  set_.features.clear();
+  set_.descriptors.clear();
+  set_.height = 0;
+  if (image.data == nullptr || image.width < 64 || image.height < 64 || image.width > cfg::kImageWidth ||
+      image.height > cfg::kImageHeight || image.stride < image.width) {
+    image_ = {};
+    return status_ = ExtractStatus::kBadImage;
+  }
+  image_ = image;
+  fed_ = row_ = 0;
+  described_ = 0;
+  selected_ = false;
+  for (Cell& cell : cells_) cell.count = 0;
+  fine_.start(kFine, image.width, image.height);
+  coarse_.start(kCoarse, image.width, image.height);
+  return status_ = ExtractStatus::kRunning;
+}
+
+Progress FeatureExtractor::step(WorkBudget& budget) {
+  if (status_ != ExtractStatus::kRunning) return Progress::kDone;
+  while (row_ < image_.height) {
+    if (!budget.take(kRowOpsPerPixel * static_cast<std::uint32_t>(image_.width))) return Progress::kMore;
+    do_row(row_++);
+  }
+  if (!selected_) {
+    if (!budget.take(20U * kCellsX * kCellsY * kPerCell)) return Progress::kMore;
+    select();
+    selected_ = true;
+  }
+  while (described_ < set_.features.size()) {
+    if (!budget.take(kDescriptorOps)) return Progress::kMore;
+    const Feature& f = set_.features[described_++];
+    const bool fits = set_.descriptors.push_back(describe(smooth(), f.iu, f.iv));
+    CAIRN_ASSERT(fits);
+  }
+  status_ = set_.features.size() < kMinFeatures ? ExtractStatus::kFewFeatures : ExtractStatus::kFeatures;
+  return Progress::kDone;
+}
+
+void FeatureExtractor::do_row(int y) {
+  const int ahead = y + coarse_.radius() < image_.height ? y + coarse_.radius() : image_.height - 1;
+  for (; fed_ <= ahead; ++fed_) {
+    fine_.feed(image_.row(fed_), fed_);
+    coarse_.feed(image_.row(fed_), fed_);
+  }
+  std::uint16_t* fine = smooth_ + static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width);
+  std::uint16_t coarse[cfg::kImageWidth];
+  fine_.finish(y, fine);
+  coarse_.finish(y, coarse);
+  std::int16_t* dog = dog_[y % 3];
+  for (int x = 0; x < image_.width; ++x) {
+    dog[x] = static_cast<std::int16_t>((static_cast<int>(coarse[x]) - static_cast<int>(fine[x])) / 2);
+  }
+  if (y - 1 >= kMargin && y - 1 < image_.height - kMargin) find_extrema(y - 1);
+}
+
+void FeatureExtractor::find_extrema(int y) {
+  const std::int16_t* a = dog_[(y - 1) % 3];
+  const std::int16_t* h = dog_[y % 3];
+  const std::int16_t* b = dog_[(y + 1) % 3];
+  for (int x = kMargin; x < image_.width - kMargin; ++x) {
+    if (h[x] < kContrast && h[x] > -kContrast) continue;
+    if (!is_extremum(a + x, h + x, b + x)) continue;
+    const Hessian d = hessian(a + x, h + x, b + x);
+    if (is_edge(d)) continue;
+    Feature f;
+    f.iu = static_cast<std::int16_t>(x);
+    f.iv = static_cast<std::int16_t>(y);
+    f.response = h[x];
+    refine(a + x, h + x, b + x, d, f);
+    keep(f);
+  }
+}
+
+void FeatureExtractor::keep(const Feature& feature) {
+  Cell& cell = cells_[(feature.iv / kCell) * kCellsX + feature.iu / kCell];
+  const auto strength = [](const Feature& f) { return f.response < 0 ? -f.response : f.response; };
+  int place = cell.count;
+  while (place > 0 && strength(cell.best[place - 1]) < strength(feature)) --place;
+  if (place == kPerCell) return;
+  if (cell.count < kPerCell) ++cell.count;
+  for (int i = cell.count - 1; i > place; --i) cell.best[i] = cell.best[i - 1];
+  cell.best[place] = feature;
+}
+
+void FeatureExtractor::select() {
+  // Whole ranks first; of the rank that no longer fits, cells are taken at an even stride.
+  std::size_t count_of_rank[kPerCell] = {};
+  for (const Cell& cell : cells_) {
+    for (int r = 0; r < cell.count; ++r) ++count_of_rank[r];
+  }
+  int whole = 0;
+  std::size_t total = 0;
+  while (whole < kPerCell && total + count_of_rank[whole] <= cfg::kMaxFeatures) total += count_of_rank[whole++];
+  const std::size_t room = cfg::kMaxFeatures - total;
+  const std::size_t candidates = whole < kPerCell ? count_of_rank[whole] : 0;
+
+  // Counting sort into scan order: rows, then columns within a row (cells run left to right, so only a row mixes).
+  std::uint16_t per_row[cfg::kImageHeight + 1] = {};
+  std::size_t seen = 0;
+  for (Cell& cell : cells_) {
+    int take = cell.count < whole ? cell.count : whole;
+    if (cell.count > whole && candidates > 0) {
+      if ((seen + 1) * room / candidates > seen * room / candidates) ++take;
+      ++seen;
+    }
+    cell.count = take;
+    for (int i = 0; i < take; ++i) ++per_row[cell.best[i].iv];
+  }
+  set_.height = image_.height;
+  set_.row_begin[0] = 0;
+  for (int y = 0; y < image_.height; ++y) {
+    set_.row_begin[y + 1] = static_cast<std::uint16_t>(set_.row_begin[y] + per_row[y]);
+  }
+  set_.features.resize(set_.row_begin[image_.height]);
+  std::uint16_t next[cfg::kImageHeight];
+  for (int y = 0; y < image_.height; ++y) next[y] = set_.row_begin[y];
+  for (const Cell& cell : cells_) {
+    for (int i = 0; i < cell.count; ++i) {
+      const Feature& f = cell.best[i];
+      std::size_t place = next[f.iv]++;
+      while (place > set_.row_begin[f.iv] && set_.features[place - 1].iu > f.iu) {
+        set_.features[place] = set_.features[place - 1];
+        --place;
+      }
+      set_.features[place] = f;
+    }
+  }
+}
+
+}  // namespace cairn

@@ -1,0 +1,72 @@
+/// Keypoints of one image: single-scale difference-of-Gaussians extrema (METHOD section A), spread over the image, each
+/// with its upright SIFT descriptor.
+///
+/// One pass over the rows: smooth with two Gaussians (sigma 1.2 and 1.9 px), subtract, look for pixels beyond all eight
+/// neighbours and the contrast threshold, drop edges (ratio of principal curvatures above 10, Lowe 2004 section 4.1),
+/// refine to sub-pixel by a quadratic in u and v, keep the strongest of each 32 x 32 px cell. Then the cells hand in
+/// their features rank by rank until the cap is reached, so that texture in one corner cannot starve the rest:
+/// motion is the better determined the wider its features are spread. Then one descriptor a unit.
+///
+/// The image smoothed with the smaller Gaussian stays as part of the result: descriptors and patch alignment read it.
+#pragma once
+
+#include <cstdint>
+
+#include "core/work_budget.hpp"
+#include "features/feature_set.hpp"
+#include "image/gaussian.hpp"
+
+namespace cairn {
+
+enum class [[nodiscard]] ExtractStatus : std::uint8_t {
+  kIdle,         ///< never started
+  kRunning,      ///< call step() again
+  kFeatures,     ///< result() and smooth() are valid
+  kFewFeatures,  ///< valid, but fewer than kMinFeatures: black, saturated or featureless image
+  kBadImage,     ///< no image, or a size that this build has no room for
+};
+
+class FeatureExtractor {
+ public:
+  static constexpr std::size_t kMinFeatures = 20;
+
+  /// Starts on `image` (borrowed until done), at least 64 x 64 and at most the mission's size.
+  ExtractStatus start(const ImageU8& image);
+  /// Units: one row of the image, one descriptor.
+  Progress step(WorkBudget& budget);
+  ExtractStatus status() const { return status_; }
+
+  const FeatureSet& result() const { return set_; }
+  /// The image smoothed with sigma 1.2 px, u16 with 8 fraction bits.
+  SmoothImage smooth() const { return {smooth_, image_.width, image_.height, image_.width}; }
+
+ private:
+  static constexpr int kCell = 32;
+  static constexpr int kPerCell = 10;
+  static constexpr int kCellsX = (cfg::kImageWidth + kCell - 1) / kCell;
+  static constexpr int kCellsY = (cfg::kImageHeight + kCell - 1) / kCell;
+  struct Cell {
+    int count = 0;
+    Feature best[kPerCell];  ///< strongest first
+  };
+
+  void do_row(int y);
+  void find_extrema(int y);
+  void keep(const Feature& feature);
+  void select();
+
+  ExtractStatus status_ = ExtractStatus::kIdle;
+  ImageU8 image_;
+  int fed_ = 0;    ///< rows read
+  int row_ = 0;    ///< rows smoothed and subtracted
+  std::size_t described_ = 0;
+  bool selected_ = false;
+  RowBlur fine_;
+  RowBlur coarse_;
+  std::int16_t dog_[3][cfg::kImageWidth] = {};  ///< last three rows of the difference, half grey levels x 256
+  Cell cells_[kCellsY * kCellsX];
+  std::uint16_t smooth_[cfg::kImagePixels] = {};
+  FeatureSet set_;
+};
+
+}  // namespace cairn

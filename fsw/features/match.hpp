@@ -1,0 +1,55 @@
+/// Descriptor matching by nearest / second-nearest ratio under the chi-squared distance (METHOD section A), one job for
+/// left to right and for t to t+1: what differs is only the window in which each query feature may find its partner.
+///
+/// A match is kept where the best distance is below `max_distance`, at most `ratio` times the second best in the window,
+/// and where the partner's own best query is this one (each partner is used once). Blobs match blobs of the same sign.
+#pragma once
+
+#include <cstdint>
+
+#include "core/work_budget.hpp"
+#include "features/feature_set.hpp"
+
+namespace cairn {
+
+/// Pixels in which a partner may lie, inclusive; empty where u0 > u1.
+struct SearchWindow {
+  std::int16_t u0 = 0;
+  std::int16_t u1 = -1;
+  std::int16_t v0 = 0;
+  std::int16_t v1 = -1;
+};
+
+struct MatchParams {
+  float ratio = 0.8F;                      ///< Lowe's ratio, in (0, 1]
+  std::uint32_t max_distance = 1600 * 256;  ///< chi-squared in 1/256; unrelated patches lie at about 2500 * 256
+};
+
+class MatchJob {
+ public:
+  static constexpr std::int16_t kNone = -1;
+
+  /// Query i of `query` looks in windows[i] of `target`. All are borrowed until done.
+  void start(const MatchParams& params, const FeatureSet& query, const FeatureSet& target,
+             const FixedVector<SearchWindow, cfg::kMaxFeatures>& windows);
+  /// Unit: one query feature.
+  Progress step(WorkBudget& budget);
+  /// Index of the partner of query i, or kNone. Valid when done.
+  std::int16_t partner(std::size_t i) const { return partner_[i]; }
+  std::size_t count() const { return count_; }
+
+ private:
+  void match_one(std::size_t i);
+
+  MatchParams params_;
+  const FeatureSet* query_ = nullptr;
+  const FeatureSet* target_ = nullptr;
+  const FixedVector<SearchWindow, cfg::kMaxFeatures>* windows_ = nullptr;
+  std::size_t next_ = 0;
+  std::size_t count_ = 0;
+  std::int16_t partner_[cfg::kMaxFeatures] = {};
+  std::int16_t taken_by_[cfg::kMaxFeatures] = {};          ///< query that holds target j, or kNone
+  std::uint32_t taken_distance_[cfg::kMaxFeatures] = {};
+};
+
+}  // namespace cairn

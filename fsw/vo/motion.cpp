@@ -1,0 +1,278 @@
+#include "vo/motion.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "vo/absolute_orientation.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr double kMinDepth = 0.05;
+
+bool usable(const MotionPairs& pairs) {
+  for (const MotionPair& p : pairs) {
+    const bool finite = std::isfinite(p.p_ref_m.squaredNorm()) && std::isfinite(p.seen.u_left) &&
+                        std::isfinite(p.seen.v_left) && std::isfinite(p.seen.u_right);
+    if (!finite || !(p.p_ref_m.z() > kMinDepth) || !(p.d_ref_px > 0.0) || !(p.seen.disparity_px() > 0.0)) return false;
+  }
+  return true;
+}
+
+bool usable(const MotionParams& p) {
+  return p.max_hypotheses > 0 && p.inlier_px > 0.0 && p.min_inliers >= 3 && p.confidence > 0.0 && p.confidence < 1.0 &&
+         p.sigma_px > 0.0 && p.cauchy > 0.0 && p.iterations > 0;
+}
+
+MotionStatus check(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs) {
+  if (!is_valid(rig) || !usable(params) || !usable(pairs)) return MotionStatus::kBadInput;
+  if (pairs.size() < static_cast<std::size_t>(params.min_inliers)) return MotionStatus::kTooFewPairs;
+  return MotionStatus::kRunning;
+}
+
+/// Hypotheses after which a clean triple was drawn with the wanted confidence: log(1 - c) / log(1 - w^3), counted up
+/// by multiplication since flight code has no logarithm.
+int hypotheses_needed(double inlier_share, double confidence, int most) {
+  const double miss = 1.0 - inlier_share * inlier_share * inlier_share;
+  double all_missed = 1.0;
+  int n = 0;
+  while (n < most && all_missed > 1.0 - confidence) {
+    all_missed *= miss;
+    ++n;
+  }
+  return n;
+}
+
+/// Residual and Jacobians of one pair at a motion.
+struct Linearised {
+  Vec3 r;                               ///< (u, v, d) measured - predicted
+  Eigen::Matrix<double, 3, 6> J;        ///< of the prediction, by the left perturbation
+  Vec3 j_ref;                           ///< of the prediction, by d_ref
+};
+
+Linearised linearise(const StereoRig& rig, const MotionPair& pair, const Pose3& T) {
+  Linearised l;
+  const Vec3 rotated = T.q * pair.p_ref_m;
+  const Vec3 p = rotated + T.t;
+  const double iz = 1.0 / p.z();
+  const double u = rig.fx_px * p.x() * iz + rig.cx_px;
+  const double v = rig.fy_px * p.y() * iz + rig.cy_px;
+  const double d = rig.fx_px * rig.baseline_m * iz;
+  l.r = Vec3(pair.seen.u_left - u, pair.seen.v_left - v, pair.seen.disparity_px() - d);
+  Mat3 h;  // of (u, v, d) by p
+  h << rig.fx_px * iz, 0.0, -rig.fx_px * p.x() * iz * iz,  //
+      0.0, rig.fy_px * iz, -rig.fy_px * p.y() * iz * iz,   //
+      0.0, 0.0, -d * iz;
+  Mat3 minus_skew;  // d(exp(w) p) = w x p = -[p]x w
+  minus_skew << 0.0, p.z(), -p.y(), -p.z(), 0.0, p.x(), p.y(), -p.x(), 0.0;
+  l.J.leftCols<3>().noalias() = h * minus_skew;
+  l.J.rightCols<3>() = h;
+  l.j_ref.noalias() = h * (rotated * (-1.0 / pair.d_ref_px));  // p_ref is proportional to 1 / d_ref
+  return l;
+}
+
+/// Variances in units of sigma^2: u_left and v as measured, d the difference of two.
+constexpr double kVarU = 1.0;
+constexpr double kVarV = 1.0;
+constexpr double kVarD = 1.5;
+
+/// Inverse of diag(kVar) + kVarD j j^T by Sherman and Morrison.
+Mat3 information_of(const Vec3& j) {
+  const Vec3 a(1.0 / kVarU, 1.0 / kVarV, 1.0 / kVarD);
+  const Vec3 aj = a.cwiseProduct(j);
+  Mat3 w = a.asDiagonal();
+  w.noalias() -= aj * (aj.transpose() * (kVarD / (1.0 + kVarD * j.dot(aj))));
+  return w;
+}
+
+}  // namespace
+
+MotionStatus RansacMotionJob::start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs) {
+  result_ = {};
+  result_.pairs = static_cast<int>(pairs.size());
+  status_ = check(params, rig, pairs);
+  if (status_ != MotionStatus::kRunning) return status_;
+  params_ = params;
+  rig_ = rig;
+  pairs_ = &pairs;
+  random_ = Random(params.seed);
+  hypothesis_ = 0;
+  needed_ = params.max_hypotheses;
+  best_count_ = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) p_cur_m_[i] = triangulate(rig, pairs[i].seen);
+  return status_;
+}
+
+Progress RansacMotionJob::step(WorkBudget& budget) {
+  if (status_ != MotionStatus::kRunning) return Progress::kDone;
+  const auto unit = 1500U + 30U * static_cast<std::uint32_t>(pairs_->size());
+  while (hypothesis_ < needed_) {
+    if (!budget.take(unit)) return Progress::kMore;
+    try_hypothesis();
+    ++hypothesis_;
+  }
+  if (!budget.take(unit)) return Progress::kMore;
+  status_ = finish();
+  return Progress::kDone;
+}
+
+void RansacMotionJob::try_hypothesis() {
+  const auto n = static_cast<std::uint32_t>(pairs_->size());
+  std::uint32_t pick[3];
+  pick[0] = random_.below(n);
+  pick[1] = random_.below(n - 1);
+  if (pick[1] >= pick[0]) ++pick[1];
+  pick[2] = random_.below(n - 2);
+  const std::uint32_t low = pick[0] < pick[1] ? pick[0] : pick[1];
+  const std::uint32_t high = pick[0] < pick[1] ? pick[1] : pick[0];
+  if (pick[2] >= low) ++pick[2];
+  if (pick[2] >= high) ++pick[2];
+  Vec3 from[3];
+  Vec3 to[3];
+  for (int i = 0; i < 3; ++i) {
+    from[i] = (*pairs_)[pick[i]].p_ref_m;
+    to[i] = p_cur_m_[pick[i]];
+  }
+  Pose3 T;
+  if (absolute_orientation(from, to, 3, T) != OrientationStatus::kSolved) return;
+  const int count = count_inliers(T, nullptr);
+  if (count <= best_count_) return;
+  best_count_ = count;
+  best_ = T;
+  const int needed = hypotheses_needed(static_cast<double>(count) / n, params_.confidence, params_.max_hypotheses);
+  needed_ = needed > hypothesis_ ? needed : hypothesis_;
+}
+
+int RansacMotionJob::count_inliers(const Pose3& T_cur_ref, bool* flags) const {
+  const Mat3 R = T_cur_ref.q.toRotationMatrix();
+  const double gate2 = params_.inlier_px * params_.inlier_px;
+  int count = 0;
+  for (std::size_t i = 0; i < pairs_->size(); ++i) {
+    const MotionPair& pair = (*pairs_)[i];
+    const Vec3 p = R * pair.p_ref_m + T_cur_ref.t;
+    bool in = p.z() > kMinDepth;
+    if (in) {
+      const StereoPixel px = project(rig_, p);
+      const double du = px.u_left - pair.seen.u_left;
+      const double dv = px.v_left - pair.seen.v_left;
+      const double du_right = px.u_right - pair.seen.u_right;
+      in = du * du + dv * dv <= gate2 && du_right * du_right + dv * dv <= gate2;
+    }
+    count += in ? 1 : 0;
+    if (flags != nullptr) flags[i] = in;
+  }
+  return count;
+}
+
+MotionStatus RansacMotionJob::finish() {
+  for (bool& flag : inlier_) flag = false;
+  if (best_count_ < params_.min_inliers) return MotionStatus::kNoConsensus;
+  result_.inliers = count_inliers(best_, inlier_);
+  // Orientation of all inliers, in fixed order. p_cur_m_ is packed in place: inlier k is never behind index k.
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < pairs_->size(); ++i) {
+    if (!inlier_[i]) continue;
+    inlier_ref_m_[n] = (*pairs_)[i].p_ref_m;
+    p_cur_m_[n] = p_cur_m_[i];
+    ++n;
+  }
+  if (absolute_orientation(inlier_ref_m_, p_cur_m_, n, result_.T_cur_ref) != OrientationStatus::kSolved) {
+    return MotionStatus::kDegenerate;
+  }
+  return MotionStatus::kEstimated;
+}
+
+MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs,
+                                    const Pose3& T_cur_ref) {
+  result_ = {};
+  result_.pairs = static_cast<int>(pairs.size());
+  status_ = is_valid(T_cur_ref) ? check(params, rig, pairs) : MotionStatus::kBadInput;
+  if (status_ != MotionStatus::kRunning) return status_;
+  params_ = params;
+  rig_ = rig;
+  pairs_ = &pairs;
+  T_cur_ref_ = T_cur_ref;
+  iteration_ = 0;
+  return status_;
+}
+
+Progress RefineMotionJob::step(WorkBudget& budget) {
+  if (status_ != MotionStatus::kRunning) return Progress::kDone;
+  const auto unit = 250U * static_cast<std::uint32_t>(pairs_->size());
+  while (iteration_ < params_.iterations) {
+    if (!budget.take(unit)) return Progress::kMore;
+    ++iteration_;
+    if (iterate()) break;
+    if (status_ != MotionStatus::kRunning) return Progress::kDone;
+  }
+  iteration_ = params_.iterations;
+  if (!budget.take(unit)) return Progress::kMore;
+  status_ = finish();
+  return Progress::kDone;
+}
+
+bool RefineMotionJob::iterate() {
+  information_.setZero();
+  Vec6 gradient = Vec6::Zero();
+  const double s2 = params_.sigma_px * params_.sigma_px;
+  const double c2 = params_.cauchy * params_.cauchy;
+  for (const MotionPair& pair : *pairs_) {
+    if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
+    const Linearised l = linearise(rig_, pair, T_cur_ref_);
+    const Mat3 w = information_of(l.j_ref);
+    const double m2 = l.r.dot(w * l.r) / s2;
+    const Mat3 weighted = w * (1.0 / (s2 * (1.0 + m2 / c2)));
+    const Eigen::Matrix<double, 6, 3> jw = l.J.transpose() * weighted;
+    information_.noalias() += jw * l.J;
+    gradient.noalias() += jw * l.r;
+  }
+  const Eigen::LDLT<Mat6> ldlt(information_);
+  const Vec6 pivots = ldlt.vectorD();
+  if (!(pivots.minCoeff() > 1.0e-9 * pivots.maxCoeff())) {
+    status_ = MotionStatus::kDegenerate;
+    return false;
+  }
+  const Vec6 step = ldlt.solve(gradient);
+  const Vec3 w(step[0], step[1], step[2]);
+  const Quat dq = quat_exp(w);
+  T_cur_ref_.t = dq * T_cur_ref_.t + Vec3(step[3], step[4], step[5]);
+  T_cur_ref_.q = (dq * T_cur_ref_.q).normalized();
+  if (!is_valid(T_cur_ref_)) {
+    status_ = MotionStatus::kDegenerate;
+    return false;
+  }
+  return step.head<3>().squaredNorm() < 1.0e-16 && step.tail<3>().squaredNorm() < 1.0e-16;
+}
+
+MotionStatus RefineMotionJob::finish() {
+  result_.T_cur_ref = T_cur_ref_;
+  const double s2 = params_.sigma_px * params_.sigma_px;
+  double sum = 0.0;
+  double chi2 = 0.0;
+  for (std::size_t i = 0; i < pairs_->size(); ++i) {
+    const MotionPair& pair = (*pairs_)[i];
+    inlier_[i] = false;
+    if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
+    const Linearised l = linearise(rig_, pair, T_cur_ref_);
+    const double m2 = l.r.dot(information_of(l.j_ref) * l.r) / s2;
+    if (m2 > 9.0 * 3.0) continue;
+    inlier_[i] = true;
+    ++result_.inliers;
+    sum += l.r.squaredNorm();
+    chi2 += m2;
+  }
+  if (result_.inliers < params_.min_inliers) return MotionStatus::kNoConsensus;
+  result_.rms_px = std::sqrt(sum / (3.0 * result_.inliers));
+  // Scaled by what the residuals really were: sigma_px is a guess.
+  const double scale = chi2 / (3.0 * result_.inliers);
+  const Eigen::LDLT<Mat6> ldlt(information_);
+  for (int k = 0; k < 6; ++k) {
+    Vec6 unit = Vec6::Zero();
+    unit[k] = scale > 1.0e-6 ? scale : 1.0e-6;
+    const Vec6 column = ldlt.solve(unit);
+    for (int r = 0; r < 6; ++r) result_.covariance(r, k) = column[r];
+  }
+  return MotionStatus::kEstimated;
+}
+
+}  // namespace cairn

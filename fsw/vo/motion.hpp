@@ -1,0 +1,117 @@
+/// Motion of the rig between two stereo frames, from points seen in both (METHOD section A).
+///
+/// Two stages in one job: RANSAC over minimal sets of three points by absolute orientation, inliers judged in pixels in
+/// both images; then either the absolute orientation of all inliers (the paper) or refinement on reprojection error
+/// (ours). The refinement minimises, over the motion, the robust sum of the squared Mahalanobis residuals
+///   r = (u, v, d)_measured - project(T p_ref),   cov(r) = sigma^2 (I' + j j^T),   j = d(project) / d(d_ref)
+/// where the j term is the uncertainty of the reference point's own disparity, which matters as much as the
+/// measurement. Cauchy weights; Gauss-Newton on a left perturbation of T_cur_ref.
+#pragma once
+
+#include <cstdint>
+
+#include "core/fixed_vector.hpp"
+#include "core/random.hpp"
+#include "core/work_budget.hpp"
+#include "geometry/stereo_rig.hpp"
+#include "mission_cfg.hpp"
+
+namespace cairn {
+
+/// One point: where it stands in the reference camera frame, and where the current frame sees it.
+struct MotionPair {
+  Vec3 p_ref_m = Vec3(0.0, 0.0, 0.0);
+  double d_ref_px = 0.0;     ///< disparity in the reference frame, > 0
+  StereoPixel seen;          ///< in the current frame, on its epipolar line, disparity > 0
+  std::uint16_t source = 0;  ///< the caller's index
+};
+using MotionPairs = FixedVector<MotionPair, cfg::kMaxFeatures>;
+
+struct MotionParams {
+  int max_hypotheses = 200;
+  double inlier_px = 2.0;       ///< RANSAC, in each image
+  int min_inliers = 12;
+  double confidence = 0.999;    ///< early end of RANSAC
+  double sigma_px = 0.1;        ///< of a refined match, each coordinate
+  double cauchy = 2.5;          ///< residuals beyond this many sigmas lose weight
+  int iterations = 10;          ///< of the refinement, at most
+  std::uint64_t seed = 1;
+};
+
+enum class [[nodiscard]] MotionStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kEstimated,      ///< the only one to use
+  kTooFewPairs,    ///< fewer pairs than min_inliers
+  kNoConsensus,    ///< no hypothesis reached min_inliers
+  kDegenerate,     ///< the inliers do not fix all six parameters
+  kBadInput,       ///< a parameter or a pair out of its range
+};
+
+struct MotionResult {
+  Pose3 T_cur_ref;           ///< carries points of the reference camera into the current one
+  Mat6 covariance = Mat6::Zero();  ///< of the left perturbation (rotation xyz rad, translation xyz m), in the current camera
+  int inliers = 0;
+  int pairs = 0;
+  double rms_px = 0.0;       ///< of the inliers' residuals in u, v, d
+};
+
+/// RANSAC with absolute orientation.
+class RansacMotionJob {
+ public:
+  /// `pairs` is borrowed until done.
+  MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs);
+  /// Unit: one hypothesis, or the final orientation of all inliers.
+  Progress step(WorkBudget& budget);
+  MotionStatus status() const { return status_; }
+  const MotionResult& result() const { return result_; }
+  bool is_inlier(std::size_t i) const { return inlier_[i]; }
+
+ private:
+  void try_hypothesis();
+  int count_inliers(const Pose3& T_cur_ref, bool* flags) const;
+  MotionStatus finish();
+
+  MotionStatus status_ = MotionStatus::kIdle;
+  MotionParams params_;
+  StereoRig rig_;
+  const MotionPairs* pairs_ = nullptr;
+  Random random_;
+  int hypothesis_ = 0;
+  int needed_ = 0;
+  int best_count_ = 0;
+  Pose3 best_;
+  MotionResult result_;
+  Vec3 p_cur_m_[cfg::kMaxFeatures];     ///< triangulated; packed to the inliers' at the end
+  Vec3 inlier_ref_m_[cfg::kMaxFeatures];
+  bool inlier_[cfg::kMaxFeatures] = {};
+};
+
+/// Robust refinement from a start motion.
+class RefineMotionJob {
+ public:
+  MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs, const Pose3& T_cur_ref);
+  /// Unit: one Gauss-Newton iteration over all pairs.
+  Progress step(WorkBudget& budget);
+  MotionStatus status() const { return status_; }
+  const MotionResult& result() const { return result_; }
+  /// Within three sigmas at the solution.
+  bool is_inlier(std::size_t i) const { return inlier_[i]; }
+
+ private:
+  /// True when converged.
+  bool iterate();
+  MotionStatus finish();
+
+  MotionStatus status_ = MotionStatus::kIdle;
+  MotionParams params_;
+  StereoRig rig_;
+  const MotionPairs* pairs_ = nullptr;
+  int iteration_ = 0;
+  Pose3 T_cur_ref_;
+  Mat6 information_ = Mat6::Zero();
+  MotionResult result_;
+  bool inlier_[cfg::kMaxFeatures] = {};
+};
+
+}  // namespace cairn
