@@ -174,6 +174,28 @@ void test_refusals_of_calibration(void**) {
   refuse("500 9 30 0 0 500 20 0 0 0 1 0\n500 0 30 -250 0 500 20 0 0 0 1 0\n", "calib.txt:1: not the 3x4");
 }
 
+// The two truth files tell the same: the camera sits on a 0.7 m mast, 39 degrees down (the set's README).
+void check_rendered_truth(const Dataset& data, std::size_t i) {
+  const Pose3 T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, data.rig().baseline_m);
+  const Pose3 difference = (*data.truth_rover(i) * T_rover_cam).inverse() * *data.truth_cam(i);
+  assert_near(difference.t.norm(), 0.0, 1e-5);
+  assert_near(quat_log(difference.q).norm(), 0.0, 1e-6);
+}
+
+// The sample that lies in the repository is whole: pairs, truth that agrees with itself, rocks.
+void test_sample(void**) {
+  static Dataset data;
+  data = Dataset::open(CAIRN_SOURCE_DIR "/unit_tests/integration/sample");
+  assert_int_equal(data.frames().size(), 91);
+  assert_int_equal(data.rig().width_px, 512);
+  assert_int_equal(data.rig().height_px, 384);
+  assert_int_equal(data.truth_rocks().size(), 537);
+  for (std::size_t i = 0; i < data.frames().size(); ++i) {
+    assert_false(data.frames()[i].left.empty() || data.frames()[i].right.empty());
+    check_rendered_truth(data, i);
+  }
+}
+
 void test_real_sets(void**) {
   static std::string rendered, kitti, euroc;
   rendered = test::find_data("rendered_dev");
@@ -187,13 +209,7 @@ void test_real_sets(void**) {
   assert_int_equal(data.frames().size(), 417);
   assert_int_equal(data.rig().width_px, 512);
   assert_true(data.truth_rocks().size() > 1000);
-  // The two truth files tell the same: the camera sits on a 0.7 m mast, 39 degrees down (the set's README).
-  const Pose3 T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, data.rig().baseline_m);
-  for (std::size_t i = 0; i < data.frames().size(); i += 50) {
-    const Pose3 difference = (*data.truth_rover(i) * T_rover_cam).inverse() * *data.truth_cam(i);
-    assert_near(difference.t.norm(), 0.0, 1e-5);
-    assert_near(quat_log(difference.q).norm(), 0.0, 1e-6);
-  }
+  for (std::size_t i = 0; i < data.frames().size(); i += 50) check_rendered_truth(data, i);
   data = Dataset::open(kitti);
   assert_int_equal(data.frames().size(), 51);
   assert_near(data.rig().baseline_m, 0.5371506, 1e-6);
@@ -216,6 +232,7 @@ int main() {
       cmocka_unit_test(test_stamps_by_number),
       cmocka_unit_test(test_refusals_of_images),
       cmocka_unit_test(test_refusals_of_calibration),
+      cmocka_unit_test(test_sample),
       cmocka_unit_test(test_real_sets),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset", tests, nullptr, nullptr);
