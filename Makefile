@@ -28,8 +28,8 @@ say = @printf '  %-8s %s\n' '$(1)' '$(2)'
 WARN    := -Wall -Wextra -Wshadow -Wvla -Walloca -Wcast-align -Wdouble-promotion -Wnon-virtual-dtor -Werror
 EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_ALIGN_BYTES=0 -isystem /usr/include/eigen3
 INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
-SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
 comma   := ,
+SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
 COMMON  := -std=c++17 -g -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG)
 # Flight code: no exceptions, RTTI, guarded statics or stack protector; one section a function, so that unused code goes.
 FLIGHT  := $(COMMON) $(if $(SAN),-O1,$(OPT)) -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
