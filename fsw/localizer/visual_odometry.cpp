@@ -180,7 +180,6 @@ void VisualOdometry::collect_stereo() {
 
 void VisualOdometry::fit_plane() {
   Frame& frame = current();
-  const FeatureSet& left = frame.left.result();
   const double cu = 0.5 * rig_.width_px;
   const double cv = 0.5 * rig_.height_px;
   Vec3 plane(0.0, 0.0, 0.0);  // about the image centre, slopes per half width
