@@ -34,6 +34,25 @@ struct Mission {
   int max_reference_age = 4;         ///< frames that a reference serves; 1 = frame to frame, as in the paper
   double max_step_m = 0.5;           ///< between two frames; beyond it VO is wrong
   double max_step_rad = 0.5;
+
+  // Registration (registration/icp.hpp). Boulders of a local map lie some 0.3 m apart at the smallest size that both
+  // maps hold, and a drive drifts a few centimetres between fixes.
+  int icp_max_iterations = 40;            ///< usual: 5 to 15
+  double icp_gate_start_m = 0.60;         ///< wider than the drift to be caught ...
+  double icp_gate_final_m = 0.25;         ///< ... narrower than the spacing of boulders
+  double icp_gate_shrink = 0.80;          ///< per iteration: four to come down
+  double icp_trim_fraction = 0.30;        ///< the middle of the paper's 20 to 40 %
+  int icp_min_pairs = 4;                  ///< two fix a similarity; as many again to check it
+  double icp_min_lever_m = 0.30;          ///< 0.06 m on that is 11 degrees of yaw: nothing to be had below
+  double icp_sigma_pair_m = 0.06;         ///< centroid of an orbital blob against that of the ground points
+  double icp_max_correction_m = 1.0;      ///< 20 times the paper's drift between fixes
+  double icp_max_correction_rad = 0.175;  ///< 10 degrees
+  double icp_max_scale_change = 0.10;     ///< five times a bad stereo baseline
+  int icp_job_max_bytes = 160 * 1024;
+
+  // Labelling (labeling/clustering.hpp).
+  int max_cluster_points = 1024;         ///< 3D points of the boulders of one frame, or boulders of the local map
+  int max_average_linkage_points = 256;  ///< those that average linkage takes: its matrix has n (n-1)/2 doubles
 };
 
 }  // namespace cairn::cfg

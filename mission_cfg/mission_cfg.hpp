@@ -15,6 +15,9 @@ inline constexpr std::size_t kMaxFeatures = kMission.max_features;
 inline constexpr std::size_t kMaxLabels = kMission.max_labels;
 inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
 inline constexpr std::size_t kMaxLocalBoulders = kMission.max_local_boulders;
+inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
+inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
+inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_linkage_points;
 
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0, "image width: even, 64 to 2048");
 static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0, "image height: even, 64 to 2048");
@@ -22,5 +25,9 @@ static_assert(kMaxFeatures >= 50 && kMaxFeatures <= 4096, "features: 50 to 4096"
 static_assert(kMaxLabels >= 8 && kMaxLabels <= 255, "labels fit a byte, 0 is 'none'");
 static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMission.min_disparity_px,
               "disparity range");
+static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF, "map boulders are indexed by 16 bits");
+static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
+static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFF, "points are indexed by 16 bits");
+static_assert(kMaxAverageLinkagePoints >= 1 && kMaxAverageLinkagePoints <= kMaxClusterPoints, "a part of the points");
 
 }  // namespace cairn::cfg
