@@ -27,7 +27,7 @@ static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMis
               "disparity range");
 static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF, "map boulders are indexed by 16 bits");
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
-static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFF, "points are indexed by 16 bits");
+static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");
 static_assert(kMaxAverageLinkagePoints >= 1 && kMaxAverageLinkagePoints <= kMaxClusterPoints, "a part of the points");
 
 }  // namespace cairn::cfg
