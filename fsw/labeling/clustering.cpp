@@ -39,8 +39,7 @@ double ClusteringJob::distance2(std::size_t a, std::size_t b) const {
   return (points_[a].p_m - points_[b].p_m).squaredNorm();
 }
 
-// ---- single linkage: components of the graph of close points
-// -----------------------------------------------------
+// ---- single linkage: components of the graph of close points ----------------------------------------------
 
 /// Looks around from one reached point; where none is left, from the next point that nothing has reached.
 void ClusteringJob::spread_unit() {
@@ -59,8 +58,7 @@ void ClusteringJob::spread_unit() {
   if (cursor_ == points_.size()) phase_ = Phase::kNumber;
 }
 
-// ---- average linkage
-// ---------------------------------------------------------------------------------------------
+// ---- average linkage --------------------------------------------------------------------------------------
 
 /// Mean distance of two clusters, in a triangle without its diagonal.
 double& ClusteringJob::between(std::size_t a, std::size_t b) {
@@ -121,20 +119,15 @@ void ClusteringJob::join(std::size_t a, std::size_t b) {
     if (k == a || k == b || members_[k] == 0) continue;
     double& mean = between(a, k);
     mean = (weight_a * mean + weight_b * between(b, k)) / (weight_a + weight_b);
-    if (nearest_[k] == a || nearest_[k] == b) {
-      nearest_[k] = kStale;
-    } else if (k < a && nearest_[k] != kStale && mean <= nearest_m_[k]) {
-      nearest_[k] =
-          kStale;  // a mean is no nearer than the nearer of two, but it may draw level, or round below
-    }
+    // No other row's nearest can change: a mean is no nearer than the nearer of the two it is made of.
+    if (nearest_[k] == a || nearest_[k] == b) nearest_[k] = kStale;
   }
   nearest_[a] = kStale;
   members_[a] = static_cast<std::uint16_t>(members_[a] + members_[b]);
   members_[b] = 0;
 }
 
-// ---- clusters and labels
-// -------------------------------------------------------------------------------------------
+// ---- clusters and labels ----------------------------------------------------------------------------------
 
 /// Roots are the lowest points, so numbering them as they come numbers the clusters as they first occur.
 void ClusteringJob::number_clusters() {

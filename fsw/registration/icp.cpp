@@ -89,8 +89,7 @@ double trimming_factor(int kept, int trimmed) {
 
 }  // namespace
 
-// ---- start
-// ---------------------------------------------------------------------------------------------------------
+// ---- start ------------------------------------------------------------------------------------------------
 
 IcpStatus IcpJob::start(const IcpParams& params, const MapBoulders& map, const LocalMap& local,
                         const Pose2& T_map_site_prior, const Vec2& pivot_site_m, const IcpPrior& prior) {
@@ -144,8 +143,7 @@ IcpStatus IcpJob::copy_inputs(const MapBoulders& map, const LocalMap& local) {
   return IcpStatus::kRunning;
 }
 
-// ---- buckets over the map boulders
-// -----------------------------------------------------------------------------------
+// ---- buckets over the map boulders ------------------------------------------------------------------------
 
 void IcpJob::lay_grid() {
   double x0 = map_[0].x;
@@ -217,8 +215,7 @@ std::uint32_t IcpJob::boulders_in(const CellRange& range) const {
   return count;
 }
 
-// ---- pairing
-// -------------------------------------------------------------------------------------------------------
+// ---- pairing ----------------------------------------------------------------------------------------------
 
 IcpJob::Point IcpJob::apply(const State& state, const Point& q) {
   const SinCos r = sin_cos(state.yaw);
@@ -287,8 +284,7 @@ void IcpJob::gather_and_trim() {
   kept_.resize(kept_.size() - static_cast<std::size_t>(trimmed_));
 }
 
-// ---- the estimate
-// ----------------------------------------------------------------------------------------------------
+// ---- the estimate -----------------------------------------------------------------------------------------
 
 double IcpJob::sum_of_squares(const State& state) const {
   double sum = 0.0;
@@ -421,8 +417,7 @@ void IcpJob::next_iteration(const State& state) {
   cursor_ = 0;
 }
 
-// ---- extrapolation
-// ---------------------------------------------------------------------------------------------------
+// ---- extrapolation ----------------------------------------------------------------------------------------
 
 IcpJob::Milestone IcpJob::milestone(const State& from, const State& to) const {
   Milestone m;
@@ -504,8 +499,7 @@ bool IcpJob::trial_succeeds() {
   return true;
 }
 
-// ---- the result
-// ------------------------------------------------------------------------------------------------------
+// ---- the result -------------------------------------------------------------------------------------------
 
 void IcpJob::finish(IcpStatus status, const State& state) {
   status_ = status;
@@ -570,8 +564,7 @@ void IcpJob::fill_covariance(const State& state) {
   result_.covariance(2, 2) = 1.0 / S;
 }
 
-// ---- the cursor
-// ------------------------------------------------------------------------------------------------------
+// ---- the cursor -------------------------------------------------------------------------------------------
 
 bool IcpJob::index_step(WorkBudget& budget) {
   if (phase_ == Phase::kSum) {

@@ -101,6 +101,12 @@ void test_ties(void**) {
   assert_same_clusters(Linkage::kSingle, 1.0);
   assert_int_equal(job.result().clusters, 1);
   for (const double cut_m : {0.99, 1.0, 1.3, 2.0}) assert_same_clusters(Linkage::kAverage, cut_m);
+  // Once 1 and 2 are one, they are as near to 0 as 3 is: 1 and 2 come first.
+  points.clear();
+  for (const double x : {0.0, 1.0, 1.0, -1.0}) add(x, 0.0, 0.0);
+  assert_same_clusters(Linkage::kAverage, 1.2);
+  assert_int_equal(job.result().cluster_of[0], job.result().cluster_of[2]);
+  assert_int_equal(job.result().clusters, 2);
 }
 
 void test_cut_at_its_corner(void**) {

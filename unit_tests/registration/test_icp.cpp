@@ -98,8 +98,7 @@ Vec3 pose_error() {
   return {e.x(), e.y(), wrap_angle(r.T_map_site.yaw_rad - kTruth.yaw_rad)};
 }
 
-// ---- known motions
-// ---------------------------------------------------------------------------------------------------
+// ---- known motions ----------------------------------------------------------------------------------------
 
 void test_recovers_rigid_exactly(void**) {
   Random random(1);
@@ -185,8 +184,7 @@ void test_noise_outliers_and_clutter(void**) {
   assert_at_least(good, 0.95 * kTrials);
 }
 
-// ---- against others
-// --------------------------------------------------------------------------------------------------
+// ---- against others ---------------------------------------------------------------------------------------
 
 void test_closed_forms_against_umeyama(void**) {
   constexpr int kCount = 40;
@@ -334,8 +332,7 @@ void test_grid_equals_brute_force(void**) {
   }
 }
 
-// ---- pairs
-// -----------------------------------------------------------------------------------------------------------
+// ---- pairs ------------------------------------------------------------------------------------------------
 
 void test_one_to_one_and_trim(void**) {
   map_boulders.clear();
@@ -382,8 +379,29 @@ void test_gate_at_its_corner(void**) {
   assert_int_equal(job.result().pairs_gated, 1);
 }
 
-// ---- covariance
-// ------------------------------------------------------------------------------------------------------
+/// The gate narrows to the final one and no further: pairs of mirrored locals, which leave the estimate where
+/// it is.
+void test_gate_narrows(void**) {
+  map_boulders.clear();
+  local_map.clear();
+  for (int i = 0; i < 8; ++i) add_map({5.0 * (i % 4), 5.0 * (i / 4)});
+  const double off[] = {0.0, 0.45, 0.8, 0.0, 0.0, -0.45, -0.8, 0.0};
+  for (int i = 0; i < 8; ++i) add_local(map_boulders[i].p_map_m + Vec2(off[i], 0.0));
+  IcpParams p = plain();
+  p.gate_start_m = 1.0;
+  p.gate_final_m = 0.5;
+  p.gate_shrink = 0.1;
+  p.step_m = 1.0;  // any step is small enough: only the gate holds it back
+  p.step_rad = 1.0;
+  (void)job.start(p, map_boulders, local_map, Pose2(), Vec2(7.5, 2.5));
+  WorkBudget all = WorkBudget::unlimited();
+  (void)job.step(all);
+  assert_status(job.status(), IcpStatus::kConverged);
+  assert_int_equal(job.result().iterations, 2);
+  assert_int_equal(job.result().pairs_used, 6);
+}
+
+// ---- covariance -------------------------------------------------------------------------------------------
 
 double mean_nees(std::uint64_t seed, const IcpParams& p, bool use_prior, int outliers) {
   Random random(seed);
@@ -442,8 +460,50 @@ void test_covariance_against_monte_carlo(void**) {
   assert_at_most(std::fabs(c(0, 2)) / std::sqrt(c(0, 0) * c(2, 2)), 0.5);
 }
 
-// ---- extrapolation
-// ---------------------------------------------------------------------------------------------------
+/// The formula of the header, inverted densely; a pivot well off the boulders, so that nothing hides.
+void test_covariance_against_dense_inverse(void**) {
+  Random random(16);
+  const Vec2 pivot = kPivot + Vec2(-9.0, 4.0);
+  for (const IcpModel model : {IcpModel::kRigid, IcpModel::kSimilarity}) {
+    const int unknowns = model == IcpModel::kRigid ? 3 : 4;
+    scatter_map(random, 40, 8.0, 0.8);
+    see_locals(random, 25, 0.04, 1.0);
+    IcpParams p = plain();
+    p.model = model;
+    p.trim_fraction = 0.2;
+    p.sigma_pair_m = 0.001;
+    (void)job.start(p, map_boulders, local_map, kTruth, pivot);
+    WorkBudget all = WorkBudget::unlimited();
+    (void)job.step(all);
+    assert_status(job.status(), IcpStatus::kConverged);
+    const IcpResult& r = job.result();
+    Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
+    double sum = 0.0;
+    for (const IcpPair& pair : r.pairs) {
+      const Vec2 d =
+          r.scale * (Eigen::Rotation2Dd(r.T_map_site.yaw_rad) * Vec2(local_map[pair.local].p_site_m - pivot));
+      Eigen::Matrix<double, 2, 4> J;
+      J << 1.0, 0.0, -d.y(), d.x(), 0.0, 1.0, d.x(), d.y();
+      H += J.transpose() * J;
+      const Vec2 e = r.T_map_site * pivot + d - map_boulders[pair.map].p_map_m;
+      sum += e.squaredNorm();
+      assert_near(pair.residual_m, e.norm(), 1e-7);
+    }
+    if (unknowns == 3) {
+      H.row(3).setZero();
+      H.col(3).setZero();
+      H(3, 3) = 1.0;
+    }
+    assert_int_equal(r.pairs_trimmed, 5);
+    const double loss = 0.8 / (0.8 + 0.2 * std::log(0.2));
+    const Eigen::Matrix4d dense = H.inverse() * (sum * loss * loss / (2.0 * r.pairs_used - unknowns));
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) assert_near(r.covariance(i, k), dense(i, k), 1e-9);
+    }
+  }
+}
+
+// ---- extrapolation ----------------------------------------------------------------------------------------
 
 /// Boulders along the rim of a crater, an ellipse: nearest neighbours lie across, so that plain ICP creeps
 /// along the rim. The case that extrapolation was made for.
@@ -495,6 +555,38 @@ void test_extrapolation_saves_iterations(void**) {
   assert_at_most(with, 0.8 * without);
 }
 
+/// A trial that raises the objective is taken back: from one iteration to the next it only falls.
+void test_extrapolation_never_climbs(void**) {
+  Random random(22);
+  int trials_kept = 0;
+  for (int trial = 0; trial < 6; ++trial) {
+    lay_rim(random);
+    // Loose boulders about the rim: pairs change abruptly, so that curves mislead.
+    for (std::size_t i = 0; i < local_map.size(); i += 2) {
+      local_map[i].p_site_m += 0.25 * Vec2(gauss(random), gauss(random));
+      map_boulders[10 * i].p_map_m = kTruth * local_map[i].p_site_m;
+    }
+    const Pose2 start =
+        moved_truth(uniform(random, -0.2, 0.2), uniform(random, -0.2, 0.2), uniform(random, -0.15, 0.15));
+    IcpParams p = plain();
+    p.gate_start_m = p.gate_final_m = 2.0;
+    p.one_to_one = false;
+    p.step_m = p.step_rad = 0.0;
+    double before = 1e9;
+    for (p.max_iterations = 1; p.max_iterations < 60; ++p.max_iterations) {
+      const IcpStatus status = run(p, start);
+      const IcpResult& r = job.result();
+      const double gated = p.gate_final_m * p.gate_final_m * r.pairs_gated;
+      const double objective = r.rms_m * r.rms_m * r.pairs_used + gated;
+      assert_at_most(objective, before * (1.0 + 1e-12));
+      before = objective;
+      if (status == IcpStatus::kConverged) break;
+    }
+    trials_kept += job.result().extrapolations;
+  }
+  assert_at_least(trials_kept, 6);
+}
+
 /// In an ordinary field the same fixed point is reached, to the last digits.
 void test_extrapolation_keeps_the_fixed_point(void**) {
   Random random(21);
@@ -513,8 +605,7 @@ void test_extrapolation_keeps_the_fixed_point(void**) {
   }
 }
 
-// ---- statuses
-// --------------------------------------------------------------------------------------------------------
+// ---- statuses ---------------------------------------------------------------------------------------------
 
 void good_scene() {
   Random random(30);
@@ -738,8 +829,7 @@ void test_parameter_bounds(void**) {
   assert_status(start_with(p), IcpStatus::kBadInput);
 }
 
-// ---- slicing
-// ---------------------------------------------------------------------------------------------------------
+// ---- slicing ----------------------------------------------------------------------------------------------
 
 void assert_same_result(const IcpResult& a, const IcpResult& b) {
   assert_memory_equal(&a.T_map_site, &b.T_map_site, sizeof a.T_map_site);
@@ -777,8 +867,30 @@ void test_same_bits_for_every_slicing(void**) {
   }
 }
 
-// ---- real boulder fields
-// ---------------------------------------------------------------------------------------------
+/// A start in the middle of another registration leaves no trace of it.
+void test_restart_midway(void**) {
+  Random random(41);
+  lay_rim(random);
+  IcpParams p = plain();
+  p.max_iterations = 500;
+  p.gate_start_m = p.gate_final_m = 2.0;
+  p.one_to_one = false;
+  const Pose2 start = moved_truth(0.05, 0.05, 0.1);
+  assert_status(run(p, start), IcpStatus::kConverged);
+  assert_at_least(job.result().extrapolations, 1);
+  for (std::uint32_t share = 1; share <= 60; ++share) {
+    (void)other_job.start(p, map_boulders, local_map, moved_truth(-0.05, 0.0, -0.12), kPivot);
+    WorkBudget part(share * 100000U);
+    (void)other_job.step(part);
+    (void)other_job.start(p, map_boulders, local_map, start, kPivot);
+    WorkBudget all = WorkBudget::unlimited();
+    (void)other_job.step(all);
+    assert_status(other_job.status(), IcpStatus::kConverged);
+    assert_same_result(other_job.result(), job.result());
+  }
+}
+
+// ---- real boulder fields ----------------------------------------------------------------------------------
 
 std::vector<double> numbers_in(const std::string& text) {
   std::vector<double> numbers;
@@ -960,8 +1072,11 @@ int main() {
       cmocka_unit_test(test_grid_equals_brute_force),
       cmocka_unit_test(test_one_to_one_and_trim),
       cmocka_unit_test(test_gate_at_its_corner),
+      cmocka_unit_test(test_gate_narrows),
       cmocka_unit_test(test_covariance_against_monte_carlo),
+      cmocka_unit_test(test_covariance_against_dense_inverse),
       cmocka_unit_test(test_extrapolation_saves_iterations),
+      cmocka_unit_test(test_extrapolation_never_climbs),
       cmocka_unit_test(test_extrapolation_keeps_the_fixed_point),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_weak_geometry),
@@ -970,6 +1085,7 @@ int main() {
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_parameter_bounds),
       cmocka_unit_test(test_same_bits_for_every_slicing),
+      cmocka_unit_test(test_restart_midway),
       cmocka_unit_test(test_lunar_traverses),
       cmocka_unit_test(test_martian_field),
   };
