@@ -412,7 +412,6 @@ void IcpJob::estimate_unit() {
 
 void IcpJob::next_iteration(const State& state) {
   state_ = state;
-  if (result_.iterations >= params_.max_iterations) return finish(IcpStatus::kIterationLimit, state);
   phase_ = Phase::kPair;
   cursor_ = 0;
 }
@@ -473,7 +472,8 @@ IcpJob::State IcpJob::extrapolated(const State& next) {
   past_[1] = past_[0];
   past_[0] = milestone(state_, next);
   if (past_count_ < 3) ++past_count_;
-  const double more = overstep();
+  const bool room = result_.iterations + 2 <= params_.max_iterations;  // for the trial and for going back
+  const double more = room ? overstep() : 0.0;
   if (more == 0.0) return next;
   const State beyond = {next.x + more * (next.x - state_.x), next.y + more * (next.y - state_.y),
                         next.yaw + more * (next.yaw - state_.yaw),
