@@ -31,7 +31,7 @@ struct Mission {
   int max_disparity_px = 160;
   int search_radius_px = 40;         ///< t to t+1, about the predicted position
   int first_search_radius_px = 120;  ///< where no motion is known yet
-  int max_reference_age = 4;         ///< frames that a reference serves; 1 = frame to frame, as in the paper
+  int max_reference_age = 1;         ///< frames that a reference serves; 1 = frame to frame, as in the paper
   double max_step_m = 0.5;           ///< between two frames; beyond it VO is wrong
   double max_step_rad = 0.5;
 

@@ -7,6 +7,7 @@
 namespace cairn {
 namespace {
 
+constexpr BlurKernel kAlign = make_blur_kernel(0.6);
 constexpr BlurKernel kFine = make_blur_kernel(1.2);
 constexpr BlurKernel kCoarse = make_blur_kernel(1.92);
 constexpr int kContrast = 77;        // 0.6 grey levels in units of 1/128: below it is noise of an 8-bit image
@@ -66,6 +67,7 @@ ExtractStatus FeatureExtractor::start(const ImageU8& image) {
   described_ = 0;
   selected_ = false;
   for (Cell& cell : cells_) cell.count = 0;
+  align_.start(kAlign, image.width, image.height);
   fine_.start(kFine, image.width, image.height);
   coarse_.start(kCoarse, image.width, image.height);
   return status_ = ExtractStatus::kRunning;
@@ -95,10 +97,12 @@ Progress FeatureExtractor::step(WorkBudget& budget) {
 void FeatureExtractor::do_row(int y) {
   const int ahead = y + coarse_.radius() < image_.height ? y + coarse_.radius() : image_.height - 1;
   for (; fed_ <= ahead; ++fed_) {
+    align_.feed(image_.row(fed_), fed_);
     fine_.feed(image_.row(fed_), fed_);
     coarse_.feed(image_.row(fed_), fed_);
   }
-  std::uint16_t* fine = smooth_ + static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width);
+  align_.finish(y, smooth_ + static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width));
+  std::uint16_t fine[cfg::kImageWidth];
   std::uint16_t coarse[cfg::kImageWidth];
   fine_.finish(y, fine);
   coarse_.finish(y, coarse);

@@ -4,7 +4,7 @@
 /// is refined on the images: inverse-compositional Gauss-Newton (Baker & Matthews 2004) for a translation, under a given
 /// affine distortion (the caller knows the ground's slope and the motion) and an unknown gain and offset of brightness
 /// (solved in closed form each time). The template stands at a whole pixel, so it is never interpolated; both images are
-/// smoothed (sigma 1.2 px), so that bilinear interpolation of the target has little bias.
+/// smoothed (sigma 0.6 px), so that bilinear interpolation of the target has little bias.
 #pragma once
 
 #include <cstdint>

@@ -37,6 +37,7 @@ bool VisualOdometry::init(const VoParams& params, const StereoRig& rig) {
   T_ref_prev_ = predicted_step_ = T_cur_ref_ = Pose3();
   params_ = params;
   rig_ = rig;
+  rectification_.init(params.rectification, rig);
   return is_valid(rig) && rig.width_px <= cfg::kImageWidth && rig.height_px <= cfg::kImageHeight;
 }
 
@@ -221,7 +222,9 @@ void VisualOdometry::refine_point(std::size_t i) {
                          sloped ? static_cast<float>(-frame.plane[1]) : 0.0F, 0.0F, 1.0F};
   const Alignment a = align(patch, right_.smooth(), static_cast<float>(f.iu - point.d_px), f.iv, warp, params_.align);
   if (a.status != AlignStatus::kAligned) return;
-  const StereoPixel px = sampson_correct({static_cast<double>(f.iu), static_cast<double>(f.iv), a.u, a.v});
+  const StereoPixel measured = {static_cast<double>(f.iu), static_cast<double>(f.iv), a.u, a.v};
+  rectification_.observe(measured);
+  const StereoPixel px = sampson_correct(rectification_.correct(measured));
   if (std::fabs(a.v - static_cast<float>(f.iv)) > kMaxRowOffset || px.disparity_px() < params_.min_disparity_px) return;
   point.d_px = px.disparity_px();
   point.v_px = px.v_left;
@@ -362,7 +365,7 @@ void VisualOdometry::align_point(std::size_t i) {
   MotionPair pair;
   pair.p_ref_m = p_ref;
   pair.d_ref_px = point.d_px;
-  pair.seen = sampson_correct({l.u, l.v, r.u, r.v});
+  pair.seen = sampson_correct(rectification_.correct({l.u, l.v, r.u, r.v}));
   pair.source = static_cast<std::uint16_t>(i);
   if (!(pair.seen.disparity_px() > 0.5)) return;
   const bool fits = pairs_.push_back(pair);
@@ -402,6 +405,9 @@ void VisualOdometry::lose(VoStatus status) {
   finish(status);
 }
 
-void VisualOdometry::finish(VoStatus status) { status_ = status; }
+void VisualOdometry::finish(VoStatus status) {
+  rectification_.end_frame();
+  status_ = status;
+}
 
 }  // namespace cairn

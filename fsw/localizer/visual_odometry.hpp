@@ -16,6 +16,7 @@
 #include "features/match.hpp"
 #include "features/patch_align.hpp"
 #include "vo/motion.hpp"
+#include "vo/rectification.hpp"
 
 namespace cairn {
 
@@ -54,6 +55,7 @@ struct VoParams {
   MatchParams match;
   AlignParams align;
   MotionParams motion;
+  RectificationParams rectification;   ///< not used where paper_exact
 };
 
 struct VoResult {
@@ -80,6 +82,7 @@ class VisualOdometry {
   VoStatus status() const { return status_; }
   const VoResult& result() const { return result_; }
   std::uint32_t bad_priors() const { return bad_priors_; }
+  const RectificationEstimator& rectification() const { return rectification_; }
   /// The share of the disparity plane d = a u + b v + c in this frame, as fitted: slopes of the ground for others.
   const Vec3& disparity_plane() const { return plane_; }
 
@@ -129,6 +132,7 @@ class VisualOdometry {
   Pose3 T_cur_ref_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
   VoResult result_;
+  RectificationEstimator rectification_;
 
   Frame frames_[2];
   FeatureExtractor right_;
