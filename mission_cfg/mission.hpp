@@ -34,6 +34,16 @@ struct Mission {
   int max_reference_age = 4;         ///< frames that a reference serves; 1 = frame to frame, as in the paper
   double max_step_m = 0.5;           ///< between two frames; beyond it VO is wrong
   double max_step_rad = 0.5;
+
+  // Segmentation (fsw/segmentation): what the parameters mean is told there.
+  int segmentation_divisor = 2;         ///< 1: full resolution, 2: half
+  int mean_shift_radius_px = 3;         ///< working pixels
+  int mean_shift_radius_grey = 16;
+  int region_connect_grey = 2;
+  int region_merge_grey = 14;
+  int min_region_area_px = 48;          ///< full-resolution pixels
+  double max_region_fraction = 0.05;    ///< of the image: larger regions are ground or sky
+  int min_region_contrast_grey = 14;
 };
 
 }  // namespace cairn::cfg

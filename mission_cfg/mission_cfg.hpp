@@ -15,6 +15,7 @@ inline constexpr std::size_t kMaxFeatures = kMission.max_features;
 inline constexpr std::size_t kMaxLabels = kMission.max_labels;
 inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
 inline constexpr std::size_t kMaxLocalBoulders = kMission.max_local_boulders;
+inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;  ///< 1.5 MiB at 512 x 384
 
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0, "image width: even, 64 to 2048");
 static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0, "image height: even, 64 to 2048");
