@@ -22,10 +22,9 @@ namespace cairn {
 inline constexpr std::size_t kMaxRegionNumbers =
     cfg::kImagePixels / 8 < 65535 ? cfg::kImagePixels / 8 : 65535;
 
-/// Not a region.
+/// Stands for 'none': above every number.
 inline constexpr std::uint16_t kNoRegion = 65535;
 
-/// The largest number of a region is below kNoRegion, which stands for 'none'.
 class RegionMap {
  public:
   /// Empties the map for an image of this size: at least 1 x 1, at most cfg::kImagePixels.
@@ -33,8 +32,8 @@ class RegionMap {
 
   /// Adds the next row, `y`, of `grey` (rows 0, 1, ... in order): a pixel joins the regions of its upper and
   /// of its left neighbour where the two grey values differ by at most `tolerance`. False: out of region
-  /// numbers, and the map is of no use. About 4 operations a pixel. After the last row, compress() comes
-  /// first.
+  /// numbers, and the map is of no use. After the last row, compress() comes first. About 4 operations a
+  /// pixel.
   [[nodiscard]] bool connect_row(const ImageU8& grey, int y, int tolerance);
 
   /// Makes two different regions (roots) one; its root is the smaller of both, and its mean is up to date.
@@ -44,16 +43,15 @@ class RegionMap {
   /// them. To be called in ascending order over all numbers.
   void compress(int first, int last);
 
-  /// Replaces the numbers of the pixels of row `y` by their roots. Asks for a whole compress() since the last
-  /// merge.
+  /// Replaces the numbers of the pixels of row `y` by their roots, which a whole compress() since the last
+  /// merge has made known.
   void flatten_row(int y);
 
   int width() const { return width_; }
   int height() const { return height_; }
   /// How many numbers are in use: every region is among 0 .. numbers() - 1.
   int numbers() const { return numbers_; }
-  /// Numbers of the pixels of row `y`, width() of them: roots where flatten_row() has run since the last
-  /// merge.
+  /// Numbers of the pixels of row `y`, width() of them: roots if flatten_row() has run since the last merge.
   const std::uint16_t* row(int y) const;
   std::uint16_t root_of(std::uint16_t number) const;
   bool is_root(std::uint16_t number) const { return parent_[number] == number; }

@@ -1,5 +1,4 @@
-/// Iterative merging of neighbouring regions of similar intensity, then elimination of small ones (METHOD
-/// B.2).
+/// Iterative merging of neighbouring regions of similar intensity, then elimination of small ones (METHOD B.2).
 ///
 /// A pass finds, for each region, the neighbour whose mean grey value is nearest (ties: the smaller number),
 /// then goes through the regions in ascending order and joins each one to that neighbour where their means,
@@ -9,7 +8,7 @@
 /// its nearest neighbour whatever the difference, until none is left (unless the whole image is one):
 /// speckles and holes go to what is around them.
 ///
-/// Every pass but the first `merge_grey` + 2 joins at least one region, so that the work is bounded; some 15
+/// Every pass but the first `merge_grey` + 2 joins at least one region, so that the work is bounded; some 20
 /// passes are usual. Cost: about 4 operations a pixel and 4 a region number for each pass. Deterministic: no
 /// order but that of numbers and rows enters.
 #pragma once
@@ -22,16 +21,15 @@
 namespace cairn {
 
 struct RegionMergeParams {
-  int merge_grey =
-      8;  ///< largest difference of means that is merged, 0 to 255 grey levels (0: equal means only)
+  int merge_grey = 14;   ///< largest difference of means that is merged, 0 to 255 grey levels
   int min_area_px = 12;  ///< smaller regions are given to a neighbour. 0 or 1: none
 };
 
-enum class [[nodiscard]] RegionMergeStatus : std::uint8_t{
-    kIdle,      ///< never started
-    kRunning,   ///< call step() again
-    kDone,      ///< the map holds the merged regions, its rows flattened
-    kBadInput,  ///< a parameter out of its range, or an empty map
+enum class [[nodiscard]] RegionMergeStatus : std::uint8_t {
+  kIdle,      ///< never started
+  kRunning,   ///< call step() again
+  kDone,      ///< the map holds the merged regions, its rows flattened
+  kBadInput,  ///< a parameter out of its range, or an empty map
 };
 
 /// The unit of work is a row or a run of region numbers.

@@ -3,19 +3,24 @@
 ///   halving     mean of 2 x 2 pixels (scale_divisor 2), rounded: a quarter of the work, and less noise
 ///   filter      mean shift (mean_shift.hpp)
 ///   connection  neighbouring pixels whose modes differ by at most `connect_grey` are one region
-///   (region_map.hpp) merging     neighbouring regions of similar mean, then elimination of small ones
-///   (region_merge.hpp) selection   regions up to `max_area_fraction` of the image (what is larger is ground
-///   or sky), that stand out from
-///               their neighbours by `min_contrast_grey`; the `max_labels` largest get labels 1, 2, ... by
-///               area
+///               (region_map.hpp). Out of memory for regions, as with strong gravel under a low sun, it
+///               starts over with about twice the tolerance, up to `merge_grey`
+///   merging     neighbouring regions of similar mean, then elimination of small ones (region_merge.hpp)
+///   selection   regions up to `max_area_fraction` of the image (what is larger is ground or sky) that stand
+///               out from their neighbours by `min_contrast_grey` on average along their outline. Those with
+///               the largest contrast times area get labels 1, 2, ... in that order, `max_labels` at most
 ///
 /// A region is a piece of image of one intensity, not yet a boulder: a lit and a shaded face may be two
 /// regions, a patch of sand or a shadow may be one. Whether its 3D points stand above the ground is for later
-/// stages to say.
+/// stages to say. The grey-level parameters suit an image that uses most of the 8 bits (companded by a square
+/// root or exposed to be so); a flat, hazy scene gives few regions and wants smaller ones.
 ///
 /// Pixel coordinates of results are those of the full image (u right, v down, centre of the top-left pixel
 /// (0, 0)), areas and lengths are full-resolution pixels. Where the divisor is 2, an odd last row or column
 /// is not looked at. Integer arithmetic but for the means and centroids of the result.
+///
+/// Cost: 9 million operations for 512 x 384 at half resolution, nearly half of them in the merging; the same
+/// bits come out however it is sliced, and one unit of work costs at most 4 operations a pixel of a row.
 #pragma once
 
 #include <cstdint>
@@ -44,13 +49,13 @@ struct SegmentationParams {
   int max_labels = static_cast<int>(cfg::kMaxLabels);              ///< 1 to cfg::kMaxLabels
 };
 
-enum class [[nodiscard]] SegmentationStatus : std::uint8_t{
-    kIdle,            ///< never started
-    kRunning,         ///< call step() again
-    kDone,            ///< labels and regions are there to be used
-    kNoRegions,       ///< nothing between the area limits: a black, saturated or blank image. No labels
-    kTooManyRegions,  ///< more pieces than the memory holds: noise, not a scene. No labels
-    kBadInput,        ///< an empty or too large view, or a parameter out of its range
+enum class [[nodiscard]] SegmentationStatus : std::uint8_t {
+  kIdle,            ///< never started
+  kRunning,         ///< call step() again
+  kDone,            ///< labels and regions are there to be used
+  kNoRegions,       ///< nothing between the area limits: a black, saturated or blank image. No labels
+  kTooManyRegions,  ///< more pieces than the memory holds: noise, not a scene. No labels
+  kBadInput,        ///< an empty or too large view, or a parameter out of its range
 };
 
 /// One labelled region.
