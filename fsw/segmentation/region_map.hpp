@@ -22,7 +22,7 @@ namespace cairn {
 inline constexpr std::size_t kMaxRegionNumbers =
     cfg::kImagePixels / 8 < 65535 ? cfg::kImagePixels / 8 : 65535;
 
-/// Stands for 'none': above every number.
+/// Above every number.
 inline constexpr std::uint16_t kNoRegion = 65535;
 
 class RegionMap {

@@ -3,7 +3,8 @@
 namespace cairn {
 namespace {
 
-constexpr int kRun = 256;  // region numbers of one unit of work
+constexpr int kRun = 256;                           // region numbers of one unit of work
+constexpr std::uint32_t kNoNeighbour = UINT32_MAX;  // no difference of means reaches its upper half
 
 std::uint16_t difference(std::uint16_t a, std::uint16_t b) {
   return static_cast<std::uint16_t>(a > b ? a - b : b - a);
@@ -59,10 +60,7 @@ void RegionMergeJob::do_unit() {
 
 void RegionMergeJob::prepare(int first, int last) {
   map_->compress(first, last);
-  for (int i = first; i < last; ++i) {
-    nearest_[i] = kNoRegion;
-    difference_q8_[i] = UINT16_MAX;
-  }
+  for (int i = first; i < last; ++i) nearest_[i] = kNoNeighbour;
 }
 
 void RegionMergeJob::scan_row(int y) {
@@ -80,23 +78,18 @@ void RegionMergeJob::scan_row(int y) {
 }
 
 void RegionMergeJob::compare(std::uint16_t a, std::uint16_t b) {
-  const std::uint16_t difference_q8 = difference(map_->mean_q8(a), map_->mean_q8(b));
-  offer(a, b, difference_q8);
-  offer(b, a, difference_q8);
-}
-
-void RegionMergeJob::offer(std::uint16_t root, std::uint16_t neighbour, std::uint16_t difference_q8) {
-  if (difference_q8 > difference_q8_[root]) return;
-  if (difference_q8 == difference_q8_[root] && neighbour >= nearest_[root]) return;
-  difference_q8_[root] = difference_q8;
-  nearest_[root] = neighbour;
+  const std::uint32_t difference_q8 = difference(map_->mean_q8(a), map_->mean_q8(b));
+  const std::uint32_t offer_to_a = difference_q8 << 16U | b;
+  const std::uint32_t offer_to_b = difference_q8 << 16U | a;
+  if (offer_to_a < nearest_[a]) nearest_[a] = offer_to_a;
+  if (offer_to_b < nearest_[b]) nearest_[b] = offer_to_b;
 }
 
 void RegionMergeJob::join(int first, int last) {
   for (int i = first; i < last; ++i) {
     const auto root = static_cast<std::uint16_t>(i);
-    if (!map_->is_root(root) || nearest_[root] == kNoRegion) continue;
-    const std::uint16_t partner = map_->root_of(nearest_[root]);
+    if (!map_->is_root(root) || nearest_[root] == kNoNeighbour) continue;
+    const std::uint16_t partner = map_->root_of(static_cast<std::uint16_t>(nearest_[root] & 0xFFFFU));
     if (partner == root || !may_join(root, partner)) continue;
     map_->merge(root, partner);
     ++joined_in_pass_;

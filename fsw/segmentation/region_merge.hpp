@@ -50,7 +50,6 @@ class RegionMergeJob {
   void prepare(int first, int last);
   void scan_row(int y);
   void compare(std::uint16_t a, std::uint16_t b);
-  void offer(std::uint16_t root, std::uint16_t neighbour, std::uint16_t difference_q8);
   void join(int first, int last);
   bool may_join(std::uint16_t root, std::uint16_t partner) const;
   void end_pass();
@@ -64,8 +63,8 @@ class RegionMergeJob {
   bool pruning_ = false;
   int joined_in_pass_ = 0;
   int passes_ = 0;
-  std::uint16_t nearest_[kMaxRegionNumbers] = {};
-  std::uint16_t difference_q8_[kMaxRegionNumbers] = {};
+  /// Difference of means (1/256 grey) times 2^16 plus the neighbour: the smallest is the nearest, ties included.
+  std::uint32_t nearest_[kMaxRegionNumbers] = {};
 };
 
 }  // namespace cairn
