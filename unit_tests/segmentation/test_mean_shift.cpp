@@ -87,6 +87,36 @@ void test_range_radius_is_inclusive(void**) {
   }
 }
 
+// Nothing in the definition tells rows from columns.
+void test_rows_are_as_columns(void**) {
+  fill_two_plains();
+  run({}, output);
+  static std::uint8_t turned[kWidth * kHeight];
+  for (int i = 0; i < kWidth * kHeight; ++i) turned[(i % kWidth) * kHeight + i / kWidth] = input[i];
+  assert_status(job.start({}, packed_view<const std::uint8_t>(turned, kHeight, kWidth),
+                          packed_view(sliced, kHeight, kWidth)),
+                MeanShiftStatus::kRunning);
+  WorkBudget budget = WorkBudget::unlimited();
+  (void)job.step(budget);
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    assert_int_equal(sliced[(i % kWidth) * kHeight + i / kWidth], output[i]);
+  }
+}
+
+// A place that stays ends the trajectory even where the grey value still moves by more than the convergence.
+void test_rests_where_the_place_stays(void**) {
+  // 0 sees 0 and 9, and goes to 4 (halves to even) at the place 0; a second iteration would see 12 as well.
+  static const std::uint8_t row[] = {0, 9, 12};
+  std::uint8_t out[3] = {};
+  MeanShiftParams params;
+  params.spatial_radius_px = 2;
+  params.range_radius_grey = 9;
+  (void)job.start(params, packed_view(row, 3, 1), packed_view(out, 3, 1));
+  WorkBudget budget = WorkBudget::unlimited();
+  (void)job.step(budget);
+  assert_int_equal(out[0], 4);
+}
+
 void test_strides_and_extreme_parameters(void**) {
   fill_two_plains();
   const ImageU8 part{input + 5, 20, 9, kWidth};
@@ -180,6 +210,8 @@ int main() {
       cmocka_unit_test(test_texture_goes_edge_stays),
       cmocka_unit_test(test_one_iteration_by_hand),
       cmocka_unit_test(test_range_radius_is_inclusive),
+      cmocka_unit_test(test_rows_are_as_columns),
+      cmocka_unit_test(test_rests_where_the_place_stays),
       cmocka_unit_test(test_strides_and_extreme_parameters),
       cmocka_unit_test(test_same_bits_however_sliced),
       cmocka_unit_test(test_bad_parameters),

@@ -114,6 +114,18 @@ void test_regions_describe_the_labels(void**) {
   }
 }
 
+void test_halving_rounds_to_nearest(void**) {
+  fill_ground(128, 0);
+  for (int v = 100; v < 140; ++v) {
+    for (int u = 100; u < 140; ++u) pixels[v * kWidth + u] = static_cast<std::uint8_t>(10 + v % 2);
+  }
+  assert_status(run({}, image()), SegmentationStatus::kDone);
+  assert_int_equal(job.regions().size(), 1);
+  assert_near(job.regions()[0].mean_grey, 11.0, 0.0);
+  assert_int_equal(job.regions()[0].area_px, 1600);
+  assert_near(job.regions()[0].centroid_u_px, 119.5, 1e-5);
+}
+
 void test_label_lookup_at_the_corners(void**) {
   fill_ground(128, 0);
   draw({0, 0, 20, 30});
@@ -357,6 +369,7 @@ int main() {
       cmocka_unit_test(test_discs_at_half_resolution),
       cmocka_unit_test(test_discs_at_full_resolution),
       cmocka_unit_test(test_regions_describe_the_labels),
+      cmocka_unit_test(test_halving_rounds_to_nearest),
       cmocka_unit_test(test_label_lookup_at_the_corners),
       cmocka_unit_test(test_border_is_flagged),
       cmocka_unit_test(test_area_and_contrast_limits),
