@@ -53,6 +53,16 @@ struct Mission {
   // Labelling (labeling/clustering.hpp).
   int max_cluster_points = 1024;         ///< 3D points of the boulders of one frame, or boulders of the local map
   int max_average_linkage_points = 256;  ///< those that average linkage takes: its matrix has n (n-1)/2 doubles
+
+  // Segmentation (fsw/segmentation): what the parameters mean is told there.
+  int segmentation_divisor = 2;         ///< 1: full resolution, 2: half
+  int mean_shift_radius_px = 3;         ///< working pixels
+  int mean_shift_radius_grey = 16;
+  int region_connect_grey = 2;
+  int region_merge_grey = 14;
+  int min_region_area_px = 48;          ///< full-resolution pixels
+  double max_region_fraction = 0.05;    ///< of the image: larger regions are ground or sky
+  int min_region_contrast_grey = 14;
 };
 
 }  // namespace cairn::cfg

@@ -19,6 +19,8 @@ inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
 inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
 inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_linkage_points;
 
+inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;  ///< 1.5 MiB at 512 x 384
+
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0, "image width: even, 64 to 2048");
 static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0, "image height: even, 64 to 2048");
 static_assert(kMaxFeatures >= 50 && kMaxFeatures <= 4096, "features: 50 to 4096");

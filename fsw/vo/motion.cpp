@@ -211,10 +211,33 @@ Progress RefineMotionJob::step(WorkBudget& budget) {
   return Progress::kDone;
 }
 
+/// How many times sigma_px the residuals really are: the median of the Mahalanobis distances over that of a chi
+/// distribution with three degrees of freedom, at least 1. Counted in a histogram: no sorting, bounded work.
+double RefineMotionJob::residual_scale() const {
+  constexpr int kBins = 128;
+  constexpr double kPerUnit = 4.0;
+  constexpr double kChiMedian = 1.538;
+  std::uint16_t histogram[kBins] = {};
+  int count = 0;
+  for (const MotionPair& pair : *pairs_) {
+    if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
+    const Linearised l = linearise(rig_, pair, T_cur_ref_);
+    const double m = std::sqrt(l.r.dot(information_of(l.j_ref) * l.r)) / params_.sigma_px;
+    ++histogram[m * kPerUnit < kBins - 1 ? static_cast<int>(m * kPerUnit) : kBins - 1];
+    ++count;
+  }
+  int below = 0;
+  int bin = 0;
+  while (bin < kBins - 1 && 2 * (below + histogram[bin]) < count) below += histogram[bin++];
+  const double scale = (bin + 0.5) / kPerUnit / kChiMedian;
+  return scale > 1.0 ? scale : 1.0;
+}
+
 bool RefineMotionJob::iterate() {
   information_.setZero();
   Vec6 gradient = Vec6::Zero();
-  const double s2 = params_.sigma_px * params_.sigma_px;
+  sigma_px_ = params_.sigma_px * residual_scale();
+  const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
   for (const MotionPair& pair : *pairs_) {
     if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
@@ -246,7 +269,7 @@ bool RefineMotionJob::iterate() {
 
 MotionStatus RefineMotionJob::finish() {
   result_.T_cur_ref = T_cur_ref_;
-  const double s2 = params_.sigma_px * params_.sigma_px;
+  const double s2 = sigma_px_ * sigma_px_;
   double sum = 0.0;
   double chi2 = 0.0;
   for (std::size_t i = 0; i < pairs_->size(); ++i) {

@@ -32,7 +32,7 @@ struct MotionParams {
   double inlier_px = 2.0;       ///< RANSAC, in each image
   int min_inliers = 12;
   double confidence = 0.999;    ///< early end of RANSAC
-  double sigma_px = 0.1;        ///< of a refined match, each coordinate
+  double sigma_px = 0.1;        ///< of a refined match, each coordinate, at best; the residuals' median may raise it
   double cauchy = 2.5;          ///< residuals beyond this many sigmas lose weight
   int iterations = 10;          ///< of the refinement, at most
   std::uint64_t seed = 1;
@@ -99,6 +99,7 @@ class RefineMotionJob {
   bool is_inlier(std::size_t i) const { return inlier_[i]; }
 
  private:
+  double residual_scale() const;
   /// True when converged.
   bool iterate();
   MotionStatus finish();
@@ -108,6 +109,7 @@ class RefineMotionJob {
   StereoRig rig_;
   const MotionPairs* pairs_ = nullptr;
   int iteration_ = 0;
+  double sigma_px_ = 0.0;
   Pose3 T_cur_ref_;
   Mat6 information_ = Mat6::Zero();
   MotionResult result_;

@@ -1,0 +1,94 @@
+#include "segmentation/region_map.hpp"
+
+#include "core/assert.hpp"
+
+namespace cairn {
+
+void RegionMap::clear(int width, int height) {
+  CAIRN_ASSERT(width >= 1 && height >= 1);
+  CAIRN_ASSERT(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) <= cfg::kImagePixels);
+  width_ = width;
+  height_ = height;
+  numbers_ = 0;
+}
+
+bool RegionMap::connect_row(const ImageU8& grey, int y, int tolerance) {
+  CAIRN_ASSERT(grey.width == width_ && grey.height == height_);
+  const std::uint8_t* here = grey.row(y);
+  const std::uint8_t* above = y > 0 ? grey.row(y - 1) : nullptr;
+  std::uint16_t* number = &number_[y * width_];
+  const auto near = [tolerance](int a, int b) { return a - b <= tolerance && b - a <= tolerance; };
+  for (int x = 0; x < width_; ++x) {
+    std::uint16_t root = kNoRegion;
+    if (x > 0 && near(here[x], here[x - 1])) root = number[x - 1];
+    if (above != nullptr && near(here[x], above[x])) {
+      const std::uint16_t root_above = root_of(number[x - width_]);
+      root = root == kNoRegion ? root_above : link(root, root_above);
+    }
+    if (root == kNoRegion) {
+      if (numbers_ == static_cast<int>(kMaxRegionNumbers)) return false;
+      root = static_cast<std::uint16_t>(numbers_++);
+      parent_[root] = root;
+      area_px_[root] = 0;
+      sum_grey_[root] = 0;
+    }
+    number[x] = root;
+    area_px_[root] += 1;
+    sum_grey_[root] += here[x];
+  }
+  return true;
+}
+
+std::uint16_t RegionMap::merge(std::uint16_t root_a, std::uint16_t root_b) {
+  CAIRN_ASSERT(root_a != root_b && is_root(root_a) && is_root(root_b));
+  const std::uint16_t root = link(root_a, root_b);
+  update_mean(root);
+  return root;
+}
+
+void RegionMap::compress(int first, int last) {
+  CAIRN_ASSERT(first >= 0 && last <= numbers_);
+  // A parent is smaller than its child, so that it has been pointed at its root already.
+  for (int i = first; i < last; ++i) {
+    const auto number = static_cast<std::uint16_t>(i);
+    parent_[number] = parent_[parent_[number]];
+    if (is_root(number)) update_mean(number);
+  }
+}
+
+void RegionMap::flatten_row(int y) {
+  CAIRN_ASSERT(y >= 0 && y < height_);
+  std::uint16_t* number = &number_[y * width_];
+  for (int x = 0; x < width_; ++x) number[x] = parent_[number[x]];
+}
+
+const std::uint16_t* RegionMap::row(int y) const {
+  CAIRN_ASSERT(y >= 0 && y < height_);
+  return &number_[y * width_];
+}
+
+std::uint16_t RegionMap::root_of(std::uint16_t number) const {
+  while (parent_[number] != number) number = parent_[number];
+  return number;
+}
+
+/// Joins two roots, which may be one and the same.
+std::uint16_t RegionMap::link(std::uint16_t root_a, std::uint16_t root_b) {
+  if (root_a == root_b) return root_a;
+  const std::uint16_t root = root_a < root_b ? root_a : root_b;
+  const std::uint16_t child = root_a < root_b ? root_b : root_a;
+  parent_[child] = root;
+  area_px_[root] += area_px_[child];
+  sum_grey_[root] += sum_grey_[child];
+  return root;
+}
+
+// Fits 32 bits: an area is below 2^23, a sum of grey values below 2^31.
+void RegionMap::update_mean(std::uint16_t root) {
+  const std::uint32_t area = area_px_[root];
+  const std::uint32_t whole = sum_grey_[root] / area;
+  const std::uint32_t rest = sum_grey_[root] - whole * area;
+  mean_q8_[root] = static_cast<std::uint16_t>((whole << 8) + (rest << 8) / area);
+}
+
+}  // namespace cairn

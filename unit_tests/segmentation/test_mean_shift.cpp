@@ -1,0 +1,221 @@
+// Mean-shift filter: what it flattens, what it keeps, its bounds and its slicing. OpenCV is the oracle in
+// unit_tests/opencv/test_mean_shift.cpp.
+#include "segmentation/mean_shift.hpp"
+
+#include <cstring>
+
+#include "core/random.hpp"
+#include "support/cmocka.hpp"
+
+using namespace cairn;
+
+namespace {
+
+constexpr int kWidth = 48;
+constexpr int kHeight = 31;
+std::uint8_t input[kWidth * kHeight];
+std::uint8_t output[kWidth * kHeight];
+std::uint8_t sliced[kWidth * kHeight];
+MeanShiftJob job;
+
+ImageU8 input_view() { return packed_view<const std::uint8_t>(input, kWidth, kHeight); }
+MutableImageU8 view(std::uint8_t* pixels) { return packed_view(pixels, kWidth, kHeight); }
+
+void run(const MeanShiftParams& params, std::uint8_t* out) {
+  assert_status(job.start(params, input_view(), view(out)), MeanShiftStatus::kRunning);
+  WorkBudget budget = WorkBudget::unlimited();
+  assert_int_equal(static_cast<int>(job.step(budget)), static_cast<int>(Progress::kDone));
+  assert_status(job.status(), MeanShiftStatus::kDone);
+}
+
+/// Two plains, 60 and 140, with texture of +-6 on both; the edge runs between the columns 19 and 20.
+void fill_two_plains() {
+  Random random(7);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const int texture = static_cast<int>(random.below(13)) - 6;
+      input[y * kWidth + x] = static_cast<std::uint8_t>((x < 20 ? 60 : 140) + texture);
+    }
+  }
+}
+
+void test_constant_stays(void**) {
+  for (const int grey : {0, 77, 255}) {
+    std::memset(input, grey, sizeof input);
+    run({}, output);
+    assert_memory_equal(input, output, sizeof input);
+  }
+}
+
+void test_texture_goes_edge_stays(void**) {
+  fill_two_plains();
+  run({}, output);
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    const int plain = i % kWidth < 20 ? 60 : 140;
+    assert_at_most(std::abs(output[i] - plain), 3);
+  }
+}
+
+// By hand: one row, radius 1 and 10 grey levels, one iteration. Halves round to even: 20.5 to 20, 25.5 to 26.
+void test_one_iteration_by_hand(void**) {
+  static const std::uint8_t row[] = {20, 21, 100, 91, 82, 25, 26};
+  static const std::uint8_t expected[] = {20, 20, 96, 91, 86, 26, 26};
+  std::uint8_t out[7] = {};
+  MeanShiftParams params;
+  params.spatial_radius_px = 1;
+  params.range_radius_grey = 10;
+  params.max_iterations = 1;
+  assert_status(job.start(params, packed_view(row, 7, 1), packed_view(out, 7, 1)), MeanShiftStatus::kRunning);
+  WorkBudget budget = WorkBudget::unlimited();
+  (void)job.step(budget);
+  // 100 and 91 average 95.5, 91 has 100 and 82 on its sides, 82 and 91 average 86.5.
+  for (int i = 0; i < 7; ++i) assert_int_equal(out[i], expected[i]);
+}
+
+void test_range_radius_is_inclusive(void**) {
+  static const std::uint8_t row[] = {50, 60};
+  std::uint8_t out[2] = {};
+  MeanShiftParams params;
+  params.max_iterations = 1;
+  for (const int radius : {9, 10}) {
+    params.range_radius_grey = radius;
+    (void)job.start(params, packed_view(row, 2, 1), packed_view(out, 2, 1));
+    WorkBudget budget = WorkBudget::unlimited();
+    (void)job.step(budget);
+    assert_int_equal(out[0], radius == 9 ? 50 : 55);
+    assert_int_equal(out[1], radius == 9 ? 60 : 55);
+  }
+}
+
+// Nothing in the definition tells rows from columns.
+void test_rows_are_as_columns(void**) {
+  fill_two_plains();
+  run({}, output);
+  static std::uint8_t turned[kWidth * kHeight];
+  for (int i = 0; i < kWidth * kHeight; ++i) turned[(i % kWidth) * kHeight + i / kWidth] = input[i];
+  assert_status(job.start({}, packed_view<const std::uint8_t>(turned, kHeight, kWidth),
+                          packed_view(sliced, kHeight, kWidth)),
+                MeanShiftStatus::kRunning);
+  WorkBudget budget = WorkBudget::unlimited();
+  (void)job.step(budget);
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    assert_int_equal(sliced[(i % kWidth) * kHeight + i / kWidth], output[i]);
+  }
+}
+
+// A place that stays ends the trajectory even where the grey value still moves by more than the convergence.
+void test_rests_where_the_place_stays(void**) {
+  // 0 sees 0 and 9, and goes to 4 (halves to even) at the place 0; a second iteration would see 12 as well.
+  static const std::uint8_t row[] = {0, 9, 12};
+  std::uint8_t out[3] = {};
+  MeanShiftParams params;
+  params.spatial_radius_px = 2;
+  params.range_radius_grey = 9;
+  (void)job.start(params, packed_view(row, 3, 1), packed_view(out, 3, 1));
+  WorkBudget budget = WorkBudget::unlimited();
+  (void)job.step(budget);
+  assert_int_equal(out[0], 4);
+}
+
+void test_strides_and_extreme_parameters(void**) {
+  fill_two_plains();
+  const ImageU8 part{input + 5, 20, 9, kWidth};
+  static std::uint8_t packed[20 * 9];
+  static std::uint8_t expected[20 * 9];
+  for (int y = 0; y < 9; ++y) std::memcpy(packed + 20 * y, part.row(y), 20);
+  MeanShiftParams params;
+  params.spatial_radius_px = 32;
+  params.range_radius_grey = 255;
+  params.max_iterations = 100;
+  WorkBudget budget = WorkBudget::unlimited();
+  (void)job.start(params, packed_view<const std::uint8_t>(packed, 20, 9), packed_view(expected, 20, 9));
+  (void)job.step(budget);
+  std::memset(output, 7, sizeof output);
+  assert_status(job.start(params, part, {output + 3, 20, 9, kWidth}), MeanShiftStatus::kRunning);
+  (void)job.step(budget);
+  for (int y = 0; y < 9; ++y) {
+    assert_memory_equal(output + 3 + y * kWidth, expected + 20 * y, 20);
+    assert_int_equal(output[2 + y * kWidth], 7);
+    assert_int_equal(output[23 + y * kWidth], 7);
+  }
+}
+
+void test_same_bits_however_sliced(void**) {
+  fill_two_plains();
+  run({}, output);
+  for (const std::uint32_t ops : {1U, 49U, 50U, 997U, 65536U}) {
+    std::memset(sliced, 0, sizeof sliced);
+    assert_status(job.start({}, input_view(), view(sliced)), MeanShiftStatus::kRunning);
+    int steps = 0;
+    for (Progress progress = Progress::kMore; progress == Progress::kMore; ++steps) {
+      assert_true(steps < 100000);
+      WorkBudget budget(ops);
+      progress = job.step(budget);
+      assert_at_most(budget.spent(), ops < 49 ? 49 : ops);
+    }
+    assert_memory_equal(output, sliced, sizeof output);
+  }
+}
+
+void expect_bad(const MeanShiftParams& params) {
+  assert_status(job.start(params, input_view(), view(output)), MeanShiftStatus::kBadInput);
+  WorkBudget budget = WorkBudget::unlimited();
+  assert_status(job.step(budget), Progress::kDone);
+  assert_int_equal(budget.spent(), 0);
+}
+
+void test_bad_parameters(void**) {
+  MeanShiftParams params;
+  for (const int radius : {-1, 0, 33}) {
+    params.spatial_radius_px = radius;
+    expect_bad(params);
+  }
+  params = {};
+  for (const int radius : {-1, 0, 256}) {
+    params.range_radius_grey = radius;
+    expect_bad(params);
+  }
+  params = {};
+  for (const int iterations : {-1, 0, 101}) {
+    params.max_iterations = iterations;
+    expect_bad(params);
+  }
+  params = {};
+  params.convergence = -1;
+  expect_bad(params);
+}
+
+void test_bad_views(void**) {
+  static MeanShiftJob fresh;
+  assert_status(fresh.status(), MeanShiftStatus::kIdle);
+  const MutableImageU8 out = view(output);
+  assert_status(fresh.start({}, {}, out), MeanShiftStatus::kBadInput);
+  assert_status(fresh.start({}, input_view(), {}), MeanShiftStatus::kBadInput);
+  assert_status(fresh.start({}, {input, 0, kHeight, kWidth}, out), MeanShiftStatus::kBadInput);
+  assert_status(fresh.start({}, {input, kWidth, kHeight, kWidth - 1}, out), MeanShiftStatus::kBadInput);
+  assert_status(fresh.start({}, input_view(), {output, kWidth - 1, kHeight, kWidth}),
+                MeanShiftStatus::kBadInput);
+  assert_status(fresh.start({}, input_view(), {output, kWidth, kHeight - 1, kWidth}),
+                MeanShiftStatus::kBadInput);
+  assert_status(fresh.start({}, input_view(), {output, kWidth, kHeight, kWidth - 1}),
+                MeanShiftStatus::kBadInput);
+  assert_status(fresh.start({}, input_view(), out), MeanShiftStatus::kRunning);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_constant_stays),
+      cmocka_unit_test(test_texture_goes_edge_stays),
+      cmocka_unit_test(test_one_iteration_by_hand),
+      cmocka_unit_test(test_range_radius_is_inclusive),
+      cmocka_unit_test(test_rows_are_as_columns),
+      cmocka_unit_test(test_rests_where_the_place_stays),
+      cmocka_unit_test(test_strides_and_extreme_parameters),
+      cmocka_unit_test(test_same_bits_however_sliced),
+      cmocka_unit_test(test_bad_parameters),
+      cmocka_unit_test(test_bad_views),
+  };
+  return cmocka_run_group_tests_name("segmentation/mean_shift", tests, nullptr, nullptr);
+}
