@@ -1,8 +1,8 @@
 #include "map/boulder_table.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
 #include <initializer_list>
 #include <optional>
 #include <sstream>
@@ -62,9 +62,9 @@ class CsvColumns {
                       fields.size(), header_.size());
     }
     const std::string& text = fields[column];
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !std::isfinite(value)) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
       throw ToolError("{}:{}: '{}' in column '{}' is not a number; mend or remove the line", name_, line,
                       text, header_[column]);
     }

@@ -47,7 +47,7 @@ double texture_sigma(const Histogram& histogram) {
 }
 
 /// Otsu's threshold as a darkness below the surroundings (positive), in the middle between two grey levels.
-double darkness_threshold(const Histogram& histogram) { return kLevel - otsu(histogram).threshold - 0.5; }
+double darkness_threshold(const Histogram& histogram) { return kLevel - otsu_threshold(histogram) - 0.5; }
 
 /// Blocks of about `block_px`, evenly spread over the image; thresholds at their centres, interpolated
 /// between.

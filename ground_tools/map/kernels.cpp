@@ -116,42 +116,31 @@ Component sums_of_run(int begin, int end, int y, const std::uint8_t* values) {
 
 }  // namespace
 
-OtsuSplit otsu(const Histogram& histogram) {
+int otsu_threshold(const Histogram& histogram) {
   double total = 0.0;
   double weighted = 0.0;
-  double squared = 0.0;
+  int best = 0;
   for (std::size_t i = 0; i < histogram.size(); ++i) {
-    const auto n = static_cast<double>(histogram[i]);
-    const auto value = static_cast<double>(i);
-    total += n;
-    weighted += n * value;
-    squared += n * value * value;
+    total += static_cast<double>(histogram[i]);
+    weighted += static_cast<double>(histogram[i]) * static_cast<double>(i);
+    if (histogram[i] != 0) best = static_cast<int>(i);
   }
-  OtsuSplit best;
-  if (total == 0.0) return best;
-  best.mean_low = best.mean_high = weighted / total;
-  const double total_variance = squared / total - (weighted / total) * (weighted / total);
   double best_between = 0.0;
-  double low_count = 0.0;
-  double low_sum = 0.0;
-  for (std::size_t i = 0; i + 1 < histogram.size(); ++i) {
-    low_count += static_cast<double>(histogram[i]);
-    low_sum += static_cast<double>(histogram[i]) * static_cast<double>(i);
-    const double high_count = total - low_count;
-    if (low_count == 0.0 || high_count == 0.0 || histogram[i] == 0)
-      continue;  // an empty bin splits as the one before
-    const double mean_low = low_sum / low_count;
-    const double mean_high = (weighted - low_sum) / high_count;
-    const double between =
-        (low_count / total) * (high_count / total) * (mean_high - mean_low) * (mean_high - mean_low);
+  double dark_count = 0.0;
+  double dark_sum = 0.0;
+  for (std::size_t i = 0; i < histogram.size(); ++i) {
+    if (histogram[i] == 0) continue;  // splits as the bin before
+    dark_count += static_cast<double>(histogram[i]);
+    dark_sum += static_cast<double>(histogram[i]) * static_cast<double>(i);
+    const double bright_count = total - dark_count;
+    if (bright_count == 0.0) break;
+    const double apart = (weighted - dark_sum) / bright_count - dark_sum / dark_count;
+    const double between = (dark_count / total) * (bright_count / total) * apart * apart;
     if (between > best_between) {
       best_between = between;
-      best.threshold = static_cast<int>(i);
-      best.mean_low = mean_low;
-      best.mean_high = mean_high;
+      best = static_cast<int>(i);
     }
   }
-  if (total_variance > 0.0) best.separability = best_between / total_variance;
   return best;
 }
 

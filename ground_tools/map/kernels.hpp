@@ -18,18 +18,10 @@ using Histogram = std::array<std::uint64_t, 256>;
 /// Called after each row with the number of rows done.
 using RowDone = std::function<void(int rows_done)>;
 
-/// What Otsu's method finds in a histogram.
-struct OtsuSplit {
-  int threshold = 0;    ///< class 0 holds values <= threshold; the lowest of equally good thresholds
-  double mean_low = 0;  ///< mean of class 0
-  double mean_high = 0;
-  double separability =
-      0;  ///< between-class variance over total variance, 0 to 1; 0 where only one value occurs
-};
-
-/// Otsu's threshold (IEEE Trans. SMC 9(1), 1979): maximises the variance between the two classes.
-/// Splits pixels as cv::threshold with THRESH_OTSU does. O(256).
-OtsuSplit otsu(const Histogram& histogram);
+/// Otsu's threshold (IEEE Trans. SMC 9(1), 1979): the value up to which, inclusive, a pixel belongs to the
+/// dark class so that the variance between the classes is largest; the lowest of equally good ones. Splits
+/// pixels as cv::threshold with THRESH_OTSU does. A histogram of one value gives that value. O(256).
+int otsu_threshold(const Histogram& histogram);
 
 /// Difference of each pixel from the mean of its surroundings, plus 128, clamped to 0..255 (128 where `valid`
 /// is 0). The mean is taken over the valid pixels of the square of 2 `radius` + 1 pixels that lie in the
