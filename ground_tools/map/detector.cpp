@@ -46,8 +46,14 @@ double texture_sigma(const Histogram& histogram) {
   return 0.0;
 }
 
-/// Otsu's threshold as a darkness below the surroundings (positive), in the middle between two grey levels.
-double darkness_threshold(const Histogram& histogram) { return kLevel - otsu_threshold(histogram) - 0.5; }
+/// Otsu's threshold as a darkness below the surroundings, in the middle between two grey levels; 1 or more.
+/// What is brighter than its surroundings counts as level ground: bright rocks must not draw the split to
+/// their own side.
+double darkness_threshold(const Histogram& histogram) {
+  Histogram folded{};
+  for (std::size_t i = 0; i < histogram.size(); ++i) folded[std::min<std::size_t>(i, kLevel)] += histogram[i];
+  return std::max(1.0, kLevel - otsu_threshold(folded) - 0.5);
+}
 
 /// Blocks of about `block_px`, evenly spread over the image; thresholds at their centres, interpolated
 /// between.

@@ -2,16 +2,18 @@
 ///
 ///   1. difference of each pixel from the mean of its surroundings (takes out albedo and slow shading);
 ///   2. adaptive Otsu: Otsu's threshold of that difference block by block, interpolated bilinearly between
-///   the block
-///      centres; what is darker is a boulder's shadow or shaded face;
-///   3. 15x15 median of the mask; 4. 8-connected components; 5. area threshold; 6. centroids, geo-registered.
+///   the
+///      block centres; what is darker is a boulder's shadow or shaded face. Pixels brighter than their
+///      surroundings count as level ground, so that bright rocks do not draw the split to their own side;
+///   3. median of the mask, 15x15 on 5 mm pixels; 4. 8-connected components; 5. area threshold; 6. centroids,
+///      geo-registered.
 ///
 /// Two guards stand where a block holds no shadow, so that Otsu splits its noise: the block's threshold stays
 /// within half to one and a half of the whole image's, and at `noise_sigmas` or more of the ground's texture
 /// (1.4826 times the median absolute difference of the block, or of the whole image where that is less); the
 /// median then clears what texture goes beyond it.
 ///
-/// The blobs are mostly cast shadow: centroids lie some 0.4 of a diameter away from the sun. That is the
+/// The blobs are mostly cast shadow: centroids lie about a third of a diameter away from the sun. That is the
 /// paper's detector; diameters are those of the blobs.
 #pragma once
 
@@ -24,17 +26,14 @@
 
 namespace cairn::ground {
 
-enum class DetectorMethod { kOtsu };
-
 /// Lengths are in metres, so that one setting serves every resolution; each has a least number of pixels
 /// below which it would stop working, which takes over on coarse images.
 struct DetectorParams {
-  DetectorMethod method = DetectorMethod::kOtsu;
   double background_m = 1.5;  ///< side of the surroundings whose mean is taken, at least 61 px
   double block_m = 8.0;       ///< side of Otsu's blocks, at least 128 px
   /// Otsu's threshold lies half-way from sunlit ground to full shadow. This share of it takes in the shaded
   /// faces, which are less dark than the cast shadow and nearer to the boulder's centre.
-  double threshold_scale = 0.65;
+  double threshold_scale = 0.55;
   double noise_sigmas = 1.5;
   double median_m = 0.075;  ///< side of the median, 3 to 15 px (odd): 15 px on the paper's 5 mm pixels
   double min_area_m2 = 0.0035;

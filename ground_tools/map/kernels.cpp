@@ -159,6 +159,9 @@ void difference_from_surroundings(const ImageU8& grey, const ImageU8& valid, int
       sum += columns.grey[static_cast<std::size_t>(x)];
       count += columns.count[static_cast<std::size_t>(x)];
     }
+    const std::uint8_t* from = grey.row(y);
+    const std::uint8_t* known = valid.data != nullptr ? valid.row(y) : nullptr;
+    std::uint8_t* to = out.row(y);
     for (int x = 0; x < width; ++x) {
       if (x + radius < width) {
         sum += columns.grey[static_cast<std::size_t>(x + radius)];
@@ -168,11 +171,12 @@ void difference_from_surroundings(const ImageU8& grey, const ImageU8& valid, int
         sum -= columns.grey[static_cast<std::size_t>(x - radius - 1)];
         count -= columns.count[static_cast<std::size_t>(x - radius - 1)];
       }
-      const bool usable = count > 0 && (valid.data == nullptr || valid.row(y)[x] != 0);
-      const std::int64_t mean = usable ? (sum + count / 2) / count : 0;
-      out.row(y)[x] =
-          usable ? static_cast<std::uint8_t>(std::clamp<std::int64_t>(grey.row(y)[x] - mean + 128, 0, 255))
-                 : std::uint8_t{128};
+      if (count == 0 || (known != nullptr && known[x] == 0)) {
+        to[x] = 128;
+        continue;
+      }
+      const std::int64_t mean = (sum + count / 2) / count;
+      to[x] = static_cast<std::uint8_t>(std::clamp<std::int64_t>(from[x] - mean + 128, 0, 255));
     }
     tell(done, y + 1);
   }
