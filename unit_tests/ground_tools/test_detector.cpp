@@ -32,13 +32,13 @@ void draw_ground(double pixel_m, int sigma) {
   }
 }
 
-/// A disc 80 levels darker than the ground under it.
-void draw_disc(const Vec2& p_map_m, double diameter_m) {
+/// A disc so many levels darker than the ground under it.
+void draw_disc(const Vec2& p_map_m, double diameter_m, int darker = 80) {
   for (int y = 0; y < raster.height; ++y) {
     for (int x = 0; x < raster.width; ++x) {
       if ((raster.geo.to_map(x, y) - p_map_m).norm() > 0.5 * diameter_m) continue;
       std::uint8_t& pixel = raster.grey[static_cast<std::size_t>(y) * raster.width + x];
-      pixel = static_cast<std::uint8_t>(pixel - 80);
+      pixel = static_cast<std::uint8_t>(std::clamp(pixel - darker, 0, 255));
     }
   }
 }
@@ -76,6 +76,15 @@ void test_ground_without_boulders(void**) {
     draw_ground(pixel_m, 6);
     assert_int_equal(detect_boulders(raster, {}).size(), 0);
   }
+}
+
+void test_bright_rocks_do_not_move_the_threshold(void**) {
+  draw_ground(0.01, 5);
+  for (int i = 0; i < 16; ++i) draw_disc(Vec2(500.6 + 1.5 * (i % 4), 79.6 - 1.5 * (i / 4)), 0.3, -100);
+  for (const auto& disc : kDiscs) draw_disc(disc.p_map_m, disc.diameter_m);
+  draw_disc(Vec2(503.3, 77.3), 0.2, 12);  // a stain, well above the noise, far less dark than the shadows
+  found = detect_boulders(raster, {});
+  assert_int_equal(found.size(), 4);
 }
 
 void test_smallest_area(void**) {
@@ -154,6 +163,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_discs_at_every_resolution),
       cmocka_unit_test(test_ground_without_boulders),
+      cmocka_unit_test(test_bright_rocks_do_not_move_the_threshold),
       cmocka_unit_test(test_smallest_area),
       cmocka_unit_test(test_no_data_is_no_boulder),
       cmocka_unit_test(test_images_smaller_than_any_window),
