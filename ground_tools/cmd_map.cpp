@@ -80,12 +80,12 @@ void build(const BuildOptions& options) {
   if (options.ortho.empty() == options.from_csv.empty()) {
     throw ToolError("map build: give either an orthoimage or --from-csv TABLE");
   }
+  OutputFile map(options.output);  // first, so that a folder that cannot be written is told before the work
   const Prepared made = options.from_csv.empty() ? detect(options) : take_table(options);
   const double quantum_m =
       options.quantum_m > 0.0 ? options.quantum_m : suitable_quantum_m(made.source.pixel_m);
   const std::vector<std::uint8_t> bytes = encode_cmap(made.boulders, made.extent, quantum_m, made.source);
 
-  OutputFile map(options.output);
   map.write(bytes);
   if (!options.csv.empty()) write_file(options.csv, to_csv(made.boulders));
   map.commit();
