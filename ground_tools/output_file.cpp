@@ -30,7 +30,8 @@ void OutputFile::write(const std::vector<std::uint8_t>& bytes) { write_bytes(byt
 
 void OutputFile::write_bytes(const void* data, std::size_t size) {
   if (size != 0 && std::fwrite(data, 1, size, file_) != size) {
-    throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(), std::strerror(errno));
+    throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(),
+                    std::strerror(errno));
   }
 }
 
@@ -40,7 +41,8 @@ void OutputFile::commit() {
   const bool closed = std::fclose(file_) == 0;
   file_ = nullptr;
   if (!flushed || !closed) {
-    throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(), std::strerror(error));
+    throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(),
+                    std::strerror(error));
   }
   std::error_code failed;
   std::filesystem::rename(part_, path_, failed);
@@ -55,7 +57,8 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
 
 std::vector<std::uint8_t> read_file(const std::filesystem::path& path) {
   std::FILE* file = std::fopen(path.c_str(), "rb");
-  if (file == nullptr) throw ToolError("{}: cannot be read ({}); check the name", path.string(), std::strerror(errno));
+  if (file == nullptr)
+    throw ToolError("{}: cannot be read ({}); check the name", path.string(), std::strerror(errno));
   std::vector<std::uint8_t> bytes;
   std::uint8_t block[65536];
   std::size_t got = 0;

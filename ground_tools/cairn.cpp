@@ -1,0 +1,33 @@
+// cairn: the ground tools of Cairn, one program with sub-commands.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "commands.hpp"
+#include "tool_error.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Cairn: localises a rover by the boulders around it. Maps are prepared and drives replayed here.",
+      "cairn");
+  app.set_version_flag("--version", "cairn 0.1.0");
+  app.require_subcommand(1);
+  cairn::ground::add_map_commands(app);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "cairn: {} (see cairn --help)\n", error.what());
+    return 1;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "cairn: not enough memory for this input; give a smaller one\n");
+    return 1;
+  } catch (const std::exception& error) {  // ToolError, and what the standard library throws
+    fmt::print(stderr, "cairn: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

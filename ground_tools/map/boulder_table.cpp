@@ -1,0 +1,136 @@
+#include "map/boulder_table.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <initializer_list>
+#include <optional>
+#include <sstream>
+#include <string_view>
+
+#include "core/trig.hpp"
+#include "output_file.hpp"
+#include "tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kBlank = " \t\r\"";
+  const std::size_t from = text.find_first_not_of(kBlank);
+  if (from == std::string_view::npos) return {};
+  return text.substr(from, text.find_last_not_of(kBlank) - from + 1);
+}
+
+std::vector<std::string> fields_of(std::string_view line) {
+  std::vector<std::string> fields;
+  std::size_t from = 0;
+  while (true) {
+    const std::size_t comma = line.find(',', from);
+    fields.emplace_back(trimmed(line.substr(from, comma == std::string_view::npos ? comma : comma - from)));
+    if (comma == std::string_view::npos) return fields;
+    from = comma + 1;
+  }
+}
+
+/// Looks columns up by name and numbers in lines; knows the file's name for its complaints.
+class CsvColumns {
+ public:
+  CsvColumns(std::string name, const std::string& header)
+      : name_(std::move(name)), header_(fields_of(header)) {}
+
+  std::optional<std::size_t> find(std::initializer_list<const char*> names) const {
+    for (const char* name : names) {
+      const auto at = std::find(header_.begin(), header_.end(), name);
+      if (at != header_.end()) return static_cast<std::size_t>(at - header_.begin());
+    }
+    return std::nullopt;
+  }
+  std::size_t need(std::initializer_list<const char*> names) const {
+    const std::optional<std::size_t> column = find(names);
+    if (!column) {
+      throw ToolError(
+          "{}: has no column '{}' in its first line; name the columns x, y and diameter (or x_m, y_m, "
+          "diameter_m)",
+          name_, *names.begin());
+    }
+    return *column;
+  }
+  double number(const std::vector<std::string>& fields, std::size_t column, std::size_t line) const {
+    if (column >= fields.size()) {
+      throw ToolError("{}:{}: has {} fields, the header {}; mend or remove the line", name_, line,
+                      fields.size(), header_.size());
+    }
+    const std::string& text = fields[column];
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
+      throw ToolError("{}:{}: '{}' in column '{}' is not a number; mend or remove the line", name_, line,
+                      text, header_[column]);
+    }
+    return value;
+  }
+
+ private:
+  std::string name_;
+  std::vector<std::string> header_;
+};
+
+}  // namespace
+
+MapExtent extent_of(const std::vector<TableBoulder>& boulders) {
+  if (boulders.empty()) return {};
+  constexpr double kRim = 0.01;
+  const Vec2 first = boulders.front().p_map_m;
+  MapExtent e{first.x(), first.y(), first.x(), first.y()};
+  for (const TableBoulder& b : boulders) {
+    e.min_x_m = std::min(e.min_x_m, b.p_map_m.x());
+    e.min_y_m = std::min(e.min_y_m, b.p_map_m.y());
+    e.max_x_m = std::max(e.max_x_m, b.p_map_m.x());
+    e.max_y_m = std::max(e.max_y_m, b.p_map_m.y());
+  }
+  return {e.min_x_m - kRim, e.min_y_m - kRim, e.max_x_m + kRim, e.max_y_m + kRim};
+}
+
+std::string to_csv(const std::vector<TableBoulder>& boulders) {
+  std::string text = "x_m,y_m,diameter_m,area_m2,contrast,elongation\n";
+  for (const TableBoulder& b : boulders) {
+    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.6f},{:.3f},{:.2f}\n", b.p_map_m.x(), b.p_map_m.y(),
+                        b.diameter_m, b.area_m2, b.contrast, b.elongation);
+  }
+  return text;
+}
+
+std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min_diameter_m) {
+  const std::vector<std::uint8_t> bytes = read_file(path);
+  std::istringstream text(std::string(bytes.begin(), bytes.end()));
+  std::string line;
+  if (!std::getline(text, line))
+    throw ToolError("{}: is empty; give a table with a header line", path.string());
+  const CsvColumns columns(path.string(), line);
+  const std::size_t x = columns.need({"x_m", "x"});
+  const std::size_t y = columns.need({"y_m", "y"});
+  const std::size_t diameter = columns.need({"diameter_m", "diameter"});
+  const std::optional<std::size_t> area = columns.find({"area_m2"});
+  const std::optional<std::size_t> contrast = columns.find({"contrast"});
+  const std::optional<std::size_t> elongation = columns.find({"elongation"});
+
+  std::vector<TableBoulder> boulders;
+  for (std::size_t number = 2; std::getline(text, line); ++number) {
+    if (trimmed(line).empty()) continue;
+    const std::vector<std::string> fields = fields_of(line);
+    TableBoulder b;
+    b.p_map_m = Vec2(columns.number(fields, x, number), columns.number(fields, y, number));
+    b.diameter_m = columns.number(fields, diameter, number);
+    if (!(b.diameter_m > 0.0)) {
+      throw ToolError("{}:{}: the diameter is not positive; mend or remove the line", path.string(), number);
+    }
+    b.area_m2 = area ? columns.number(fields, *area, number) : 0.25 * kPi * b.diameter_m * b.diameter_m;
+    if (contrast) b.contrast = columns.number(fields, *contrast, number);
+    if (elongation) b.elongation = columns.number(fields, *elongation, number);
+    if (b.diameter_m >= min_diameter_m) boulders.push_back(b);
+  }
+  return boulders;
+}
+
+}  // namespace cairn::ground

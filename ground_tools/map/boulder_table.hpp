@@ -1,0 +1,50 @@
+/// Boulders as a table: what the detector makes, what CSV files carry, what the flight map is encoded from.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/eigen.hpp"
+
+namespace cairn::ground {
+
+/// One boulder, frame `map`.
+struct TableBoulder {
+  Vec2 p_map_m = Vec2(0.0, 0.0);
+  double diameter_m = 0.0;  ///< of the disc of the same area
+  double area_m2 = 0.0;
+  double contrast =
+      0.0;  ///< mean darkness below the surroundings, share of the 8-bit range, 0 to 1; 0 = unknown
+  double elongation = 1.0;  ///< longer over shorter axis of the ellipse of the same second moments, 1 or more
+};
+
+/// A rectangle in frame `map`.
+struct MapExtent {
+  double min_x_m = 0.0;
+  double min_y_m = 0.0;
+  double max_x_m = 0.0;
+  double max_y_m = 0.0;
+
+  bool contains(const Vec2& p_map_m, double margin_m = 0.0) const {
+    return p_map_m.x() >= min_x_m + margin_m && p_map_m.x() <= max_x_m - margin_m &&
+           p_map_m.y() >= min_y_m + margin_m && p_map_m.y() <= max_y_m - margin_m;
+  }
+};
+
+/// The smallest rectangle around the boulders, 1 cm wider on each side; all zero where there is none.
+MapExtent extent_of(const std::vector<TableBoulder>& boulders);
+
+/// CSV text, one boulder a line, positions to 0.1 mm:
+/// x_m,y_m,diameter_m,area_m2,contrast,elongation
+std::string to_csv(const std::vector<TableBoulder>& boulders);
+
+/// Reads a CSV table with a header line. Columns may stand in any order and others are passed over; x or x_m,
+/// y or y_m, diameter or diameter_m must be there; area_m2, contrast and elongation are taken where they are.
+/// Boulders smaller than `min_diameter_m` are left out.
+///
+/// Throws ToolError: cannot be read, empty, a column missing, a line with too few fields or with no finite
+/// number in a field that is needed, a diameter that is not positive.
+std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min_diameter_m = 0.0);
+
+}  // namespace cairn::ground

@@ -1,0 +1,36 @@
+/// How good a boulder map is, against a table of the true rocks.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "map/boulder_table.hpp"
+
+namespace cairn::ground {
+
+struct ScoreParams {
+  double margin_m = 0.5;            ///< rocks and entries nearer than this to the extent's rim do not count
+  double recall_diameter_m = 0.15;  ///< true rocks of this size and more are to be found
+  double precision_diameter_m = 0.08;  ///< true rocks of this size and more make an entry right
+  double distance_m = 0.10;  ///< an entry belongs to a rock within this, or within half the rock's diameter
+};
+
+struct MapScore {
+  std::size_t rocks = 0;                   ///< true rocks to be found
+  std::size_t found = 0;                   ///< of these, those with an entry near enough
+  std::size_t entries = 0;                 ///< entries inside
+  std::size_t right = 0;                   ///< of these, those near enough to a true rock
+  double median_error_m = 0.0;             ///< of found rocks, to the nearest entry; 0 where none was found
+  Vec2 mean_shift_map_m = Vec2(0.0, 0.0);  ///< nearest entry minus rock, mean over found rocks
+
+  double recall() const { return rocks == 0 ? 0.0 : static_cast<double>(found) / static_cast<double>(rocks); }
+  double precision() const {
+    return entries == 0 ? 0.0 : static_cast<double>(right) / static_cast<double>(entries);
+  }
+};
+
+/// Compares `entries` (a map that covers `extent`) with `truth`.
+MapScore score_map(const std::vector<TableBoulder>& entries, const std::vector<TableBoulder>& truth,
+                   const MapExtent& extent, const ScoreParams& params = {});
+
+}  // namespace cairn::ground
