@@ -8,6 +8,8 @@ namespace {
 
 constexpr int kPlaneIterations = 8;
 constexpr float kMaxRowOffset = 1.5F;   // of a refined match from its row, px: beyond it the rig is not rectified
+constexpr double kRealignPx = 0.75;      // mean square shift of the predictions beyond which patches are aligned anew
+constexpr double kMinDepth = 0.05;
 constexpr float kIdentity[4] = {1.0F, 0.0F, 0.0F, 1.0F};
 
 std::int16_t clamp_to(double v, int low, int high) {
@@ -18,7 +20,7 @@ std::int16_t clamp_to(double v, int low, int high) {
 /// Does the ground's plane hold at this point? A boulder or a hole keeps the frontal model.
 bool on_plane(const Vec3& plane, const Feature& f, double d_px) {
   const double off = d_px - (plane[0] * f.iu + plane[1] * f.iv + plane[2]);
-  return std::fabs(off) < 1.0 + 0.1 * d_px;
+  return std::fabs(off) < 0.5 + 0.03 * d_px;
 }
 
 Vec3 reference_point(const StereoRig& rig, const Feature& f, const StereoPoint& p) {
@@ -120,7 +122,7 @@ bool VisualOdometry::run_phase(WorkBudget& budget) {
     case Phase::kRefine:
       if (refine_.step(budget) == Progress::kMore) return false;
       if (refine_.status() == MotionStatus::kEstimated) {
-        accept(refine_.result());
+        if (!align_again()) accept(refine_.result());
       } else {
         lose(VoStatus::kNoConsensus);
       }
@@ -256,7 +258,7 @@ void VisualOdometry::begin_match(bool wide) {
       double u = f.iu;
       double v = f.iv;
       const Vec3 p = T_cur_ref * reference_point(rig_, f, point);
-      if (!wide && p.z() > 0.05) {
+      if (!wide && p.z() > kMinDepth) {
         const StereoPixel px = project(rig_, p);
         u = px.u_left;
         v = px.v_left;
@@ -320,9 +322,41 @@ void VisualOdometry::begin_alignment() {
     return;
   }
   T_cur_ref_ = ransac_.result().T_cur_ref;
+  alignments_ = 0;
+  start_alignment();
+}
+
+void VisualOdometry::start_alignment() {
+  ++alignments_;
   pairs_.clear();
   cursor_ = 0;
   phase_ = Phase::kAlign;
+}
+
+bool VisualOdometry::align_again() {
+  constexpr int kMostAlignments = 2;
+  if (alignments_ >= kMostAlignments) return false;
+  const Pose3& refined = refine_.result().T_cur_ref;
+  double sum2 = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < reference().points.size(); ++i) {
+    const StereoPoint& point = reference().points[i];
+    if (!point.valid) continue;
+    const Vec3 p = reference_point(rig_, reference().left.result().features[i], point);
+    const Vec3 a = T_cur_ref_ * p;
+    const Vec3 b = refined * p;
+    if (!(a.z() > kMinDepth) || !(b.z() > kMinDepth)) continue;
+    const StereoPixel pa = project(rig_, a);
+    const StereoPixel pb = project(rig_, b);
+    const double du = pa.u_left - pb.u_left;
+    const double dv = pa.v_left - pb.v_left;
+    sum2 += du * du + dv * dv;
+    ++count;
+  }
+  if (sum2 <= kRealignPx * kRealignPx * count) return false;
+  T_cur_ref_ = refined;
+  start_alignment();
+  return true;
 }
 
 void VisualOdometry::align_point(std::size_t i) {
@@ -331,7 +365,7 @@ void VisualOdometry::align_point(std::size_t i) {
   const Feature& f = ref.left.result().features[i];
   const Vec3 p_ref = reference_point(rig_, f, point);
   const Vec3 p_cur = T_cur_ref_ * p_ref;
-  if (!(p_cur.z() > 0.05)) return;
+  if (!(p_cur.z() > kMinDepth)) return;
   const StereoPixel predicted = project(rig_, p_cur);
   PatchTemplate patch;
   if (cut_template(ref.left.smooth(), f.iu, f.iv, patch) != AlignStatus::kAligned) return;
@@ -349,7 +383,7 @@ void VisualOdometry::align_point(std::size_t i) {
     neighbour.u_right = neighbour.u_left - point.d_px - slope * kStep;
     if (!(neighbour.disparity_px() > 0.5)) return;
     const Vec3 q = T_cur_ref_ * triangulate(rig_, neighbour);
-    if (!(q.z() > 0.05)) return;
+    if (!(q.z() > kMinDepth)) return;
     const StereoPixel moved = project(rig_, q);
     warp_left[axis] = static_cast<float>((moved.u_left - predicted.u_left) / kStep);
     warp_left[2 + axis] = static_cast<float>((moved.v_left - predicted.v_left) / kStep);

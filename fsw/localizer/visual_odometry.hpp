@@ -107,6 +107,9 @@ class VisualOdometry {
   void begin_match(bool wide);
   void begin_ransac();
   void begin_alignment();
+  void start_alignment();
+  /// True where the refined motion moved the predictions so far that patches left out may now be found.
+  bool align_again();
   void align_point(std::size_t i);
   void accept(const MotionResult& motion);
   void finish(VoStatus status);
@@ -124,7 +127,7 @@ class VisualOdometry {
   int reference_ = 0;
   bool have_reference_ = false;
   int reference_age_ = 0;
-  int reference_inliers_ = 0;
+  int alignments_ = 0;
   bool wide_ = false;
   bool motion_known_ = false;
   Pose3 predicted_step_;      ///< T_prev_cur

@@ -32,7 +32,7 @@ struct MotionParams {
   double inlier_px = 2.0;       ///< RANSAC, in each image
   int min_inliers = 12;
   double confidence = 0.999;    ///< early end of RANSAC
-  double sigma_px = 0.1;        ///< of a refined match, each coordinate, at best; the residuals' median may raise it
+  double sigma_px = 0.15;       ///< of a refined match, each coordinate, at best; the residuals' median may raise it
   double cauchy = 2.5;          ///< residuals beyond this many sigmas lose weight
   int iterations = 10;          ///< of the refinement, at most
   std::uint64_t seed = 1;
