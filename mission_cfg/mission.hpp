@@ -35,6 +35,9 @@ struct Mission {
   double max_step_m = 0.5;           ///< between two frames; beyond it VO is wrong
   double max_step_rad = 0.5;
 
+  // Ground boulders (features/stereo_probe.hpp, labeling/, localizer/boulder_observer.hpp).
+  int probe_spacing_px = 5;          ///< grid of disparities
+
   // Registration (registration/icp.hpp). Boulders of a local map lie some 0.3 m apart at the smallest size that both
   // maps hold, and a drive drifts a few centimetres between fixes.
   int icp_max_iterations = 40;            ///< usual: 5 to 15

@@ -27,6 +27,7 @@ static_assert(kMaxFeatures >= 50 && kMaxFeatures <= 4096, "features: 50 to 4096"
 static_assert(kMaxLabels >= 8 && kMaxLabels <= 255, "labels fit a byte, 0 is 'none'");
 static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMission.min_disparity_px,
               "disparity range");
+static_assert(kMission.probe_spacing_px >= 3 && kMission.probe_spacing_px <= 16, "probes: every 3 to 16 px");
 static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF, "map boulders are indexed by 16 bits");
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
 static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");
