@@ -235,7 +235,7 @@ void draw_map(Svg& svg, const Panel& panel, const ReplayPlot& plot, double magni
           panel.left, panel.top, panel.width, panel.height);
   svg.add(R"svg(<g clip-path="url(#map)">)svg");
   // Grey where no orthoimage is: the boulders' yellow and the lines' light edges need it.
-  svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="#cfcfcf"/>)", panel.left,
+  svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="#b4b4b4"/>)", panel.left,
           panel.top, panel.width, panel.height);
   if (!plot.orthoimage.empty()) {
     Box asked = panel.box;
