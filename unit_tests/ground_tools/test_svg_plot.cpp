@@ -1,9 +1,6 @@
 // The picture: what is in it, where things lie, and what it refuses. How it looks is for the eye.
 #include "plot/svg_plot.hpp"
 
-#include <cstdlib>
-#include <cstring>
-
 #include "ground_tools/scratch.hpp"
 #include "ground_tools/test_images.hpp"
 #include "plot/ortho_piece.hpp"
@@ -77,15 +74,13 @@ void test_everything(void**) {
   assert_int_equal(count("<circle"), 2 + 3);  // two boulders in view; three circles in the legend
 }
 
-// The view is 3 m wide (1 m of drive, 1 m of margin on each side) on 900 pixels from x = 70: 300 pixels a
-// metre.
+// The view is 3 m wide (1 m of drive, 1 m of margin on each side) on 900 pixels from x = 70, and 2.2 m high
+// from the top at y = 74: 300 pixels a metre, north up.
 void test_positions(void**) {
   svg = render_svg(straight_drive());
-  const char* const line = std::strstr(svg.c_str(), "<polyline points=\"");
-  assert_non_null(line);
-  char* end = nullptr;
-  assert_near(std::strtod(line + 18, &end), 70.0 + 300.0, 0.06);
-  assert_true(has(" 670.0,"));  // the end of the true path, 1 m on
+  assert_true(has("<polyline points=\"370.0,434.0 "));  // the start, at (0, 0)
+  assert_true(has(" 670.0,434.0 "));                    // the true end, 1 m east
+  assert_true(has(" 670.0,374.0 "));                    // the end of VO, 0.2 m north of it
 }
 
 void test_orthoimage(void**) {
