@@ -58,6 +58,25 @@ GDAL_LIBS    := -lgdal
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
 OPENCV_INC   := -isystem /usr/include/opencv4
 
+# ---- packages of Debian 12 -----------------------------------------------------------------------------------------
+DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev
+DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev
+DEPS_CHECK := clang-format clang-tidy cppcheck python3
+ROOT_DO     = $(if $(filter-out 0,$(shell id -u)),sudo) env DEBIAN_FRONTEND=noninteractive apt-get
+# Asks dpkg for each package; installs those that are absent, with fresh lists only where the old ones do not do.
+define install
+@command -v dpkg-query >/dev/null || { echo 'deps: no dpkg here; install these by hand: $(1)'; exit 0; }; \
+missing=; for p in $(1); do \
+  dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || missing="$$missing $$p"; done; \
+if [ -n "$$missing" ]; then \
+  echo "deps: installing$$missing"; log=$$(mktemp); \
+  { $(ROOT_DO) install -y -q --no-install-recommends $$missing || { $(ROOT_DO) update -q && \
+    $(ROOT_DO) install -y -q --no-install-recommends $$missing; }; } >$$log 2>&1 || \
+    { tail -n 5 $$log; rm -f $$log; echo "deps: apt-get failed; install by hand:$$missing"; exit 1; }; \
+  rm -f $$log; \
+fi
+endef
+
 ##@ Goals
 help: ## list every goal
 	@awk 'BEGIN {FS = ":.*## "} /^##@/ {printf "\n%s\n", substr($$0, 5)} /^[a-z][a-z_-]*:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
@@ -69,6 +88,26 @@ lib: $(FSW_LIB) ## build the flight library alone
 
 clean: ## remove build/
 	rm -rf build
+
+test: ## build and run all tests, plain and then with the sanitizers
+	@$(MAKE) --no-print-directory deps-test
+	@printf 'Tests, plain\n'; $(MAKE) --no-print-directory run-tests SAN=; plain=$$?; \
+	printf 'Tests, with the address and undefined-behaviour sanitizers\n'; \
+	$(MAKE) --no-print-directory run-tests SAN=1 && exit $$plain
+
+check: ## floors, heap, recursion, stack, traceability, names, formatting, static analysis
+	@$(MAKE) --no-print-directory deps-check
+	@$(MAKE) --no-print-directory -k -j$(JOBS) $(CHECKS)
+
+fmt: ## format all C++ (clang-format)
+	clang-format -i $(CXX_FILES)
+
+deps-build: ## install what building asks for and is missing (apt)
+	$(call install,$(DEPS_BUILD))
+deps-test: ## the same for the tests
+	$(call install,$(DEPS_BUILD) $(DEPS_TEST))
+deps-check: ## the same for the checks
+	$(call install,$(DEPS_BUILD) $(DEPS_CHECK))
 
 # ---- rules ---------------------------------------------------------------------------------------------------------
 $(B)/fsw/%.o: fsw/%.cpp
@@ -120,7 +159,55 @@ $(B)/tests/%: $(B)/unit_tests/%.o $(SUPPORT_LIB) $(FSW_LIB)
 	@mkdir -p $(@D)
 	$(link) -lcmocka -o $@
 
+# ---- tests and checks ----------------------------------------------------------------------------------------------
+JOBS ?= $(shell nproc)
+# All are built and run even where one fails; then the goal fails. A test that passes shows its sums and what it skipped.
+run-tests:
+	@built=0; $(MAKE) --no-print-directory -k -j$(JOBS) $(TESTS) || built=1; failed=; \
+	for t in $(TESTS); do \
+	  name=$${t#$(B)/tests/}; \
+	  if $$t >$$t.log 2>&1; then \
+	    grep -E '^(skipped: |\[  PASSED )' $$t.log | sed "s|^|  $$name: |"; \
+	  else cat $$t.log; failed="$$failed $$name"; fi; \
+	done; \
+	[ -z "$$failed" ] || printf '  FAILED:%s\n' "$$failed"; [ $$built = 0 ] && [ -z "$$failed" ]
+
+STACK_LIMIT := 16384
+CXX_FILES    = $(shell git ls-files '*.cpp' '*.hpp' 2>/dev/null || find $(FOLDERS) -name '*.[ch]pp')
+FOLDERS     := $(wildcard fsw hal platform ground_tools unit_tests mission_cfg)
+CHECK        = python3 ground_tools/checks
+CHECKS      := check-self check-floors check-symbols check-stack check-trace check-names check-format check-cppcheck check-tidy
+TIDY         = $(patsubst %.cpp,$(B)/tidy/%.ok,$(FSW_SRC))
+DEFINES      = $(filter -D% -I%,$(INC))
+
+check-self:
+	@for check in floors symbols stack trace names; do $(CHECK)/$$check.py --self-test || exit 1; done
+check-floors:
+	@$(CHECK)/floors.py
+check-symbols: $(FSW_LIB)
+	@$(CHECK)/symbols.py --nm $(NM) $(FSW_LIB)
+check-stack: $(FSW_LIB)
+	@$(CHECK)/stack.py --limit $(STACK_LIMIT) $(patsubst %.cpp,$(B)/%.ci,$(FSW_SRC))
+check-trace:
+	@$(CHECK)/trace.py
+check-names:
+	@$(CHECK)/names.py
+check-format:
+	@clang-format --dry-run -Werror $(CXX_FILES) && echo 'format: all files as clang-format has them'
+# arrayIndexThenCheck takes a tie broken by index for a bound.
+check-cppcheck:
+	@cppcheck --quiet --std=c++17 --language=c++ --enable=warning,performance,portability --inline-suppr --suppress=arrayIndexThenCheck --error-exitcode=1 \
+	  $(DEFINES) $(FSW_SRC) && echo 'cppcheck: no faults'
+check-tidy: $(TIDY)
+	@echo 'clang-tidy: no faults'
+# One file at a time, and again only where it or a header has changed.
+$(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*.hpp mission_cfg/*/*.hpp)
+	@mkdir -p $(@D)
+	$(call say,TIDY,$<)
+	$(Q)clang-tidy --quiet $< -- -std=c++17 $(INC) 2>$@.log || { cat $@.log; exit 1; }
+	@touch $@
+
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help all lib clean
+.PHONY: help all lib clean test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
 .SECONDARY:
 .DELETE_ON_ERROR:

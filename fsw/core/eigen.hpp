@@ -10,6 +10,12 @@
 #error "build with -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_ALIGN_BYTES=0"
 #endif
 
+#include "core/assert.hpp"
+
+// Eigen's own checks end where ours do, not in the C library's assert, which prints and aborts.
+#define eigen_assert(condition) CAIRN_ASSERT(condition)
+
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 

@@ -1,6 +1,5 @@
 #include "localizer/visual_odometry.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace cairn {

@@ -1,6 +1,5 @@
 #include "vo/motion.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "vo/absolute_orientation.hpp"

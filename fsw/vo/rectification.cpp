@@ -1,6 +1,5 @@
 #include "vo/rectification.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace cairn {

@@ -1,0 +1,137 @@
+#include "plot/ortho_piece.hpp"
+
+#include <cpl_string.h>
+#include <cpl_vsi.h>
+#include <gdal_priv.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "quiet_gdal.hpp"
+#include "tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+using DatasetPtr = std::unique_ptr<GDALDataset>;
+
+struct Window {
+  int x = 0, y = 0, width = 0, height = 0;           // in the orthoimage
+  int out_width = 0, out_height = 0, out_bands = 0;  // in the piece
+};
+
+std::string to_base64(const std::uint8_t* bytes, std::size_t size) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((size + 2) / 3 * 4);
+  for (std::size_t i = 0; i < size; i += 3) {
+    const std::size_t left = size - i;
+    const std::uint32_t three = (std::uint32_t{bytes[i]} << 16) |
+                                (left > 1 ? std::uint32_t{bytes[i + 1]} << 8 : 0U) |
+                                (left > 2 ? std::uint32_t{bytes[i + 2]} : 0U);
+    text += kDigits[three >> 18];
+    text += kDigits[(three >> 12) & 63U];
+    text += left > 1 ? kDigits[(three >> 6) & 63U] : '=';
+    text += left > 2 ? kDigits[three & 63U] : '=';
+  }
+  return text;
+}
+
+/// All bands of the window, one after the other, 0 to 255.
+std::vector<std::uint8_t> read_stretched(GDALDataset& data, const Window& w, QuietGdal& gdal) {
+  const std::size_t area = static_cast<std::size_t>(w.out_width) * static_cast<std::size_t>(w.out_height);
+  std::vector<float> samples(area * static_cast<std::size_t>(w.out_bands));
+  std::vector<bool> valid(samples.size(), true);
+  GDALRasterIOExtraArg resample;
+  INIT_RASTERIO_EXTRA_ARG(resample);
+  resample.eResampleAlg = GRIORA_Average;
+  for (int b = 0; b < w.out_bands; ++b) {
+    GDALRasterBand* const band = data.GetRasterBand(b + 1);
+    float* const out = samples.data() + area * static_cast<std::size_t>(b);
+    gdal.check(band->RasterIO(GF_Read, w.x, w.y, w.width, w.height, out, w.out_width, w.out_height,
+                              GDT_Float32, 0, 0, &resample));
+    int has_no_data = 0;
+    const auto no_data = static_cast<float>(band->GetNoDataValue(&has_no_data));
+    for (std::size_t i = 0; i < area; ++i) {
+      valid[area * static_cast<std::size_t>(b) + i] =
+          std::isfinite(out[i]) && !(has_no_data != 0 && out[i] == no_data);
+    }
+  }
+  std::vector<float> sorted;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (valid[i]) sorted.push_back(samples[i]);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  const float low = sorted.empty() ? 0.0F : sorted[sorted.size() / 100];
+  const float high = sorted.empty() ? 1.0F : sorted[sorted.size() - 1 - sorted.size() / 100];
+  const float scale = 255.0F / std::max(high - low, 1.0e-12F);
+  std::vector<std::uint8_t> bytes(samples.size(), 255);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (valid[i]) bytes[i] = static_cast<std::uint8_t>(std::clamp((samples[i] - low) * scale, 0.0F, 255.0F));
+  }
+  return bytes;
+}
+
+std::string encode_jpeg(const Window& w, std::vector<std::uint8_t> bytes, QuietGdal& gdal) {
+  GDALDriverManager* const drivers = GetGDALDriverManager();
+  const DatasetPtr memory(
+      drivers->GetDriverByName("MEM")->Create("", w.out_width, w.out_height, w.out_bands, GDT_Byte, nullptr));
+  const std::string name = fmt::format("/vsimem/cairn-plot-{}.jpg", ::getpid());
+  CPLStringList options;
+  options.SetNameValue("QUALITY", "85");
+  if (memory != nullptr) {
+    gdal.check(memory->RasterIO(GF_Write, 0, 0, w.out_width, w.out_height, bytes.data(), w.out_width,
+                                w.out_height, GDT_Byte, w.out_bands, nullptr, 0, 0, 0, nullptr));
+    GDALDriver* const jpeg = drivers->GetDriverByName("JPEG");
+    const DatasetPtr written(
+        jpeg->CreateCopy(name.c_str(), memory.get(), 0, options.List(), nullptr, nullptr));
+  }
+  vsi_l_offset size = 0;
+  const GByte* const file = VSIGetMemFileBuffer(name.c_str(), &size, 0);
+  std::string text = file == nullptr ? std::string() : to_base64(file, static_cast<std::size_t>(size));
+  VSIUnlink(name.c_str());
+  return text;
+}
+
+}  // namespace
+
+OrthoPiece read_ortho_piece(const std::filesystem::path& path, const Box& box, int max_side_px) {
+  QuietGdal gdal;
+  const DatasetPtr data(
+      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+  if (data == nullptr || data->GetRasterCount() == 0) {
+    throw ToolError("{}: cannot be read as an orthoimage{}; check the name", path.string(), gdal.reason());
+  }
+  double gt[6] = {};
+  if (data->GetGeoTransform(gt) != CE_None || gt[2] != 0.0 || gt[4] != 0.0 || !(gt[1] > 0.0) ||
+      !(gt[5] < 0.0)) {
+    throw ToolError("{}: not a north-up image with geo-registration; warp it first (gdalwarp)",
+                    path.string());
+  }
+  const auto bound = [](double at, int size) {
+    return static_cast<int>(std::clamp(at, 0.0, static_cast<double>(size)));
+  };
+  const int x0 = bound(std::floor((box.low_m.x() - gt[0]) / gt[1]), data->GetRasterXSize());
+  const int x1 = bound(std::ceil((box.high_m.x() - gt[0]) / gt[1]), data->GetRasterXSize());
+  const int y0 = bound(std::floor((box.high_m.y() - gt[3]) / gt[5]), data->GetRasterYSize());
+  const int y1 = bound(std::ceil((box.low_m.y() - gt[3]) / gt[5]), data->GetRasterYSize());
+  OrthoPiece piece;
+  piece.box.low_m = Vec2(gt[0] + x0 * gt[1], gt[3] + y1 * gt[5]);
+  piece.box.high_m = Vec2(gt[0] + x1 * gt[1], gt[3] + y0 * gt[5]);
+  if (x0 >= x1 || y0 >= y1) return piece;
+
+  const double shrink = std::min(1.0, static_cast<double>(max_side_px) / std::max(x1 - x0, y1 - y0));
+  Window window{x0, y0, x1 - x0, y1 - y0, 0, 0, data->GetRasterCount() >= 3 ? 3 : 1};
+  window.out_width = std::max(1, static_cast<int>(shrink * window.width));
+  window.out_height = std::max(1, static_cast<int>(shrink * window.height));
+  piece.base64 = encode_jpeg(window, read_stretched(*data, window, gdal), gdal);
+  if (gdal.failed())
+    throw ToolError("{}: cannot be read whole{}; check the file", path.string(), gdal.reason());
+  return piece;
+}
+
+}  // namespace cairn::ground

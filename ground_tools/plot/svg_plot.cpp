@@ -1,0 +1,386 @@
+#include "plot/svg_plot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+
+#include "plot/ortho_piece.hpp"
+#include "tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+// Okabe and Ito, "Color Universal Design" (2008).
+constexpr const char* kTruth = "#000000";
+constexpr const char* kVo = "#D55E00";
+constexpr const char* kCorrected = "#0072B2";
+constexpr const char* kFix = "#CC79A7";
+
+constexpr double kLeft = 70.0;  // pixels: room for the y axis
+constexpr double kTop = 74.0;
+constexpr double kMapMaxWidth = 900.0;
+constexpr double kMapMaxHeight = 820.0;
+constexpr double kLegendWidth = 212.0;
+constexpr double kErrorHeight = 210.0;
+constexpr double kAxisRoom = 58.0;
+
+/// A panel: a rectangle of pixels that shows a rectangle of values, y upwards.
+struct Panel {
+  double left = 0.0, top = 0.0, width = 0.0, height = 0.0;  // pixels
+  Box box;
+
+  double px(double x) const { return left + (x - box.low_m.x()) / box.size_m().x() * width; }
+  double py(double y) const { return top + (box.high_m.y() - y) / box.size_m().y() * height; }
+  double bottom() const { return top + height; }
+  double right() const { return left + width; }
+  bool shows(const Vec2& p) const {
+    return p.x() >= box.low_m.x() && p.x() <= box.high_m.x() && p.y() >= box.low_m.y() &&
+           p.y() <= box.high_m.y();
+  }
+};
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&': out += "&amp;"; break;
+      case '<': out += "&lt;"; break;
+      case '>': out += "&gt;"; break;
+      case '"': out += "&quot;"; break;
+      default: out += c;
+    }
+  }
+  return out;
+}
+
+/// SVG text under construction.
+class Svg {
+ public:
+  template <typename... Args>
+  void add(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Args>(args)...);
+    text_ += '\n';
+  }
+  void line(double x0, double y0, double x1, double y1, const char* style) {
+    add(R"(<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" {}/>)", x0, y0, x1, y1, style);
+  }
+  void text(double x, double y, const char* style, const std::string& words) {
+    add(R"(<text x="{:.1f}" y="{:.1f}" {}>{}</text>)", x, y, style, escaped(words));
+  }
+  /// A line through points, with a light edge that keeps it readable on a dark picture.
+  void path(const std::vector<Vec2>& pixels, const char* colour, double width, const char* dashes) {
+    std::string points;
+    for (const Vec2& p : pixels) fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", p.x(), p.y());
+    constexpr const char* kForm =
+        R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linejoin="round" {}/>)";
+    add(kForm, points, "#ffffff", width + 2.0, R"(stroke-opacity="0.75")");
+    add(kForm, points, colour, width, dashes);
+  }
+  const std::string& str() const { return text_; }
+
+ private:
+  std::string text_;
+};
+
+/// 1, 2 or 5 times a power of ten, such that about `count` steps make `span`.
+double nice_step(double span, int count) {
+  const double raw = span / count;
+  const double power = std::pow(10.0, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0}) {
+    if (raw <= factor * power) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+std::string tick_label(double value, double step) {
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1.0e-9)), 0, 6);
+  return fmt::format("{:.{}f}", std::fabs(value) < 1.0e-9 * step ? 0.0 : value, decimals);
+}
+
+/// Calls `at(value)` for each multiple of `step` in [low, high].
+void for_each_tick(double low, double high, double step, const std::function<void(double)>& at) {
+  const double slack = 1.0e-6;  // a tick on the edge counts, whatever its rounding
+  for (double i = std::ceil(low / step - slack); i <= high / step + slack; i += 1.0) at(i * step);
+}
+
+void draw_axes(Svg& svg, const Panel& panel, double step_x, double step_y, const std::string& name_x,
+               const std::string& name_y) {
+  const Box& box = panel.box;
+  for_each_tick(box.low_m.x(), box.high_m.x(), step_x, [&](double x) {
+    svg.line(panel.px(x), panel.bottom(), panel.px(x), panel.bottom() + 5.0, R"(class="axis")");
+    svg.text(panel.px(x), panel.bottom() + 19.0, R"(class="tick" text-anchor="middle")",
+             tick_label(x, step_x));
+  });
+  for_each_tick(box.low_m.y(), box.high_m.y(), step_y, [&](double y) {
+    svg.line(panel.left - 5.0, panel.py(y), panel.left, panel.py(y), R"(class="axis")");
+    svg.text(panel.left - 9.0, panel.py(y) + 4.0, R"(class="tick" text-anchor="end")", tick_label(y, step_y));
+  });
+  svg.text(panel.left + panel.width / 2.0, panel.bottom() + 38.0, R"(class="name" text-anchor="middle")",
+           name_x);
+  const double middle = panel.top + panel.height / 2.0;
+  svg.add(
+      R"svg(<text x="18" y="{0:.1f}" class="name" text-anchor="middle" transform="rotate(-90 18 {0:.1f})">{1}</text>)svg",
+      middle, escaped(name_y));
+  svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" class="frame"/>)", panel.left,
+          panel.top, panel.width, panel.height);
+}
+
+void draw_grid(Svg& svg, const Panel& panel, double step_x, double step_y) {
+  for_each_tick(panel.box.low_m.x(), panel.box.high_m.x(), step_x, [&](double x) {
+    svg.line(panel.px(x), panel.top, panel.px(x), panel.bottom(), R"(class="grid")");
+  });
+  for_each_tick(panel.box.low_m.y(), panel.box.high_m.y(), step_y, [&](double y) {
+    svg.line(panel.left, panel.py(y), panel.right(), panel.py(y), R"(class="grid")");
+  });
+}
+
+/// The paths with a margin, made neither too flat nor too tall.
+Box view_of(const ReplayPlot& plot) {
+  Box box{Vec2::Constant(1.0e300), Vec2::Constant(-1.0e300)};
+  for (const auto* path : {&plot.truth_map_m, &plot.vo_map_m, &plot.corrected_map_m}) {
+    for (const Vec2& p : *path) {
+      box.low_m = box.low_m.cwiseMin(p);
+      box.high_m = box.high_m.cwiseMax(p);
+    }
+  }
+  if (!(box.low_m.x() <= box.high_m.x())) throw ToolError("plot: no path to draw; replay at least one frame");
+  const double longest = box.size_m().maxCoeff();
+  const Vec2 middle = 0.5 * (box.low_m + box.high_m);
+  Vec2 size = box.size_m() + Vec2::Constant(2.0 * std::max(1.0, 0.08 * longest));
+  constexpr double kFlattest = 0.6;
+  size = size.cwiseMax(Vec2::Constant(kFlattest * size.maxCoeff()));
+  return {middle - 0.5 * size, middle + 0.5 * size};
+}
+
+void draw_boulders(Svg& svg, const Panel& panel, const std::vector<PlotBoulder>& boulders, const char* style,
+                   double least_px) {
+  svg.add("<g {}>", style);
+  const double px_per_m = panel.width / panel.box.size_m().x();
+  for (const PlotBoulder& b : boulders) {
+    if (!panel.shows(b.p_map_m)) continue;
+    svg.add(R"(<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}"/>)", panel.px(b.p_map_m.x()),
+            panel.py(b.p_map_m.y()), std::max(least_px, 0.5 * b.diameter_m * px_per_m));
+  }
+  svg.add("</g>");
+}
+
+std::vector<Vec2> in_pixels(const Panel& panel, const std::vector<Vec2>& points) {
+  std::vector<Vec2> out;
+  for (const Vec2& p : points) out.emplace_back(panel.px(p.x()), panel.py(p.y()));
+  return out;
+}
+
+std::vector<Vec2> in_pixels(const Panel& panel, const std::vector<ErrorSample>& samples) {
+  std::vector<Vec2> out;
+  for (const ErrorSample& s : samples) out.emplace_back(panel.px(s.distance_m), panel.py(s.xy_m));
+  return out;
+}
+
+/// How much longer than true corrections are drawn: the longest at most a twelfth of the view.
+double fix_magnification(const ReplayPlot& plot, const Box& view) {
+  double longest = 0.0;
+  for (const PlotFix& fix : plot.fixes) longest = std::max(longest, fix.correction_m.norm());
+  double magnification = 1.0;
+  for (const double factor : {2.0, 5.0, 10.0, 20.0, 50.0}) {
+    if (factor * longest <= view.size_m().maxCoeff() / 12.0) magnification = factor;
+  }
+  return magnification;
+}
+
+void draw_diamond(Svg& svg, double x, double y, bool used) {
+  svg.add(R"(<path d="M{:.1f} {:.1f} l6 6 l-6 6 l-6 -6 z" fill="{}" stroke="{}" stroke-width="1.6"/>)", x,
+          y - 6.0, used ? kFix : "#ffffff", used ? "#ffffff" : kFix);
+}
+
+void draw_fixes(Svg& svg, const Panel& panel, const ReplayPlot& plot, double magnification) {
+  for (const PlotFix& fix : plot.fixes) {
+    if (!panel.shows(fix.p_map_m)) continue;
+    const Vec2 tip = fix.p_map_m + magnification * fix.correction_m;
+    const double x = panel.px(fix.p_map_m.x());
+    const double y = panel.py(fix.p_map_m.y());
+    if (fix.used) {
+      for (const char* style :
+           {R"(stroke="#ffffff" stroke-width="4")", R"(stroke="#8F3F6B" stroke-width="2")"}) {
+        svg.line(x, y, panel.px(tip.x()), panel.py(tip.y()), style);
+      }
+    }
+    draw_diamond(svg, x, y, fix.used);
+  }
+}
+
+void draw_scale_and_north(Svg& svg, const Panel& panel) {
+  const double metres = nice_step(panel.box.size_m().x(), 7);
+  const double length = metres / panel.box.size_m().x() * panel.width;
+  const double x = panel.left + 16.0;
+  const double y = panel.bottom() - 16.0;
+  svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="36" class="plate"/>)", x - 8.0, y - 26.0,
+          length + 16.0);
+  svg.add(R"(<path d="M{0:.1f} {1:.1f} v6 h{2:.1f} v-6" fill="none" stroke="#000" stroke-width="2"/>)", x,
+          y - 4.0, length);
+  svg.text(x + length / 2.0, y - 9.0, R"(class="tick" text-anchor="middle")",
+           tick_label(metres, metres) + " m");
+  const double nx = panel.right() - 26.0;
+  const double ny = panel.top + 14.0;
+  svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="32" height="50" class="plate"/>)", nx - 16.0, ny - 6.0);
+  svg.add(R"(<path d="M{:.1f} {:.1f} l7 22 l-7 -5 l-7 5 z" fill="#000"/>)", nx, ny);
+  svg.text(nx, ny + 38.0, R"(class="name" text-anchor="middle")", "N");
+}
+
+void draw_map(Svg& svg, const Panel& panel, const ReplayPlot& plot, double magnification) {
+  const double step = nice_step(panel.box.size_m().maxCoeff(), 8);
+  svg.add(R"(<clipPath id="map"><rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"/></clipPath>)",
+          panel.left, panel.top, panel.width, panel.height);
+  svg.add(R"svg(<g clip-path="url(#map)">)svg");
+  // Grey where no orthoimage is: the boulders' yellow and the lines' light edges need it.
+  svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="#b4b4b4"/>)", panel.left,
+          panel.top, panel.width, panel.height);
+  if (!plot.orthoimage.empty()) {
+    Box asked = panel.box;
+    asked.low_m += plot.p_proj_map_m;
+    asked.high_m += plot.p_proj_map_m;
+    const OrthoPiece piece = read_ortho_piece(plot.orthoimage, asked, 1200);
+    const Vec2 low = piece.box.low_m - plot.p_proj_map_m;
+    const Vec2 high = piece.box.high_m - plot.p_proj_map_m;
+    if (!piece.base64.empty()) {
+      svg.add(
+          R"(<image x="{:.2f}" y="{:.2f}" width="{:.2f}" height="{:.2f}" preserveAspectRatio="none" opacity="0.72" )"
+          R"(href="data:image/jpeg;base64,{}"/>)",
+          panel.px(low.x()), panel.py(high.y()), panel.px(high.x()) - panel.px(low.x()),
+          panel.py(low.y()) - panel.py(high.y()), piece.base64);
+    }
+  }
+  draw_grid(svg, panel, step, step);
+  draw_boulders(svg, panel, plot.orbital, R"(fill="none" stroke="#F0E442" stroke-width="1.6")", 3.0);
+  draw_boulders(svg, panel, plot.ground,
+                R"(fill="#56B4E9" fill-opacity="0.6" stroke="#ffffff" stroke-width="1")", 2.6);
+  svg.path(in_pixels(panel, plot.truth_map_m), kTruth, 4.0, "");
+  svg.path(in_pixels(panel, plot.vo_map_m), kVo, 2.4, R"(stroke-dasharray="9 4")");
+  svg.path(in_pixels(panel, plot.corrected_map_m), kCorrected, 2.4, "");
+  draw_fixes(svg, panel, plot, magnification);
+  draw_scale_and_north(svg, panel);
+  svg.add("</g>");
+  draw_axes(svg, panel, step, step, "x, east (m)", "y, north (m)");
+}
+
+/// Entries of what is there, from (x, y) downwards.
+void draw_legend(Svg& svg, double x, double y, const ReplayPlot& plot, double magnification) {
+  const auto entry = [&](bool there, const std::string& words, const std::function<void(double)>& draw) {
+    if (!there) return;
+    draw(y);
+    svg.text(x + 40.0, y + 4.5, R"(class="name")", words);
+    y += 26.0;
+  };
+  const auto line = [&](const char* colour, double width, const char* dashes) {
+    return [&svg, x, colour, width, dashes](double at) {
+      svg.path({Vec2(x, at), Vec2(x + 30.0, at)}, colour, width, dashes);
+    };
+  };
+  const auto circle = [&](const char* style) {
+    return [&svg, x, style](double at) {
+      svg.add(R"(<circle cx="{:.1f}" cy="{:.1f}" r="5.5" {}/>)", x + 15.0, at, style);
+    };
+  };
+  const auto diamond = [&](bool used) {
+    return [&svg, x, used](double at) { draw_diamond(svg, x + 15.0, at, used); };
+  };
+  const auto any = [&](bool used) {
+    return std::any_of(plot.fixes.begin(), plot.fixes.end(),
+                       [used](const PlotFix& f) { return f.used == used; });
+  };
+  entry(!plot.truth_map_m.empty(), "true path", line(kTruth, 4.0, ""));
+  entry(!plot.vo_map_m.empty(), "VO alone", line(kVo, 2.4, R"(stroke-dasharray="9 4")"));
+  entry(!plot.corrected_map_m.empty(), "corrected", line(kCorrected, 2.4, ""));
+  // On white, yellow alone is faint: the key stands on the grey that it has in the picture.
+  if (!plot.orbital.empty())
+    svg.add(R"(<circle cx="{:.1f}" cy="{:.1f}" r="10" fill="#8a8a8a"/>)", x + 15.0, y);
+  entry(!plot.orbital.empty(), "orbital boulder", circle(R"(fill="none" stroke="#F0E442" stroke-width="2")"));
+  entry(!plot.ground.empty(), "ground boulder", circle(R"(fill="#56B4E9" stroke="#ffffff")"));
+  entry(any(true), "fix, and its correction", diamond(true));
+  if (any(true) && magnification > 1.0) {
+    svg.text(x + 40.0, y - 5.0, R"(class="tick")", fmt::format("(drawn {:.0f} times longer)", magnification));
+    y += 14.0;
+  }
+  entry(any(false), "fix refused", diamond(false));
+}
+
+void draw_curve_end(Svg& svg, const Panel& panel, const ErrorSample& end, const char* colour, double y) {
+  svg.add(R"(<text x="{:.1f}" y="{:.1f}" class="name" style="fill:{}">{:.3f} m at the end</text>)",
+          panel.right() + 10.0, y, colour, end.xy_m);
+}
+
+void draw_errors(Svg& svg, Panel panel, const ReplayPlot& plot) {
+  double far = 1.0e-3;
+  double most = 1.0e-3;
+  for (const auto* curve : {&plot.vo_error, &plot.corrected_error}) {
+    for (const ErrorSample& s : *curve) {
+      far = std::max(far, s.distance_m);
+      most = std::max(most, s.xy_m);
+    }
+  }
+  const double step_x = nice_step(far, 10);
+  const double step_y = nice_step(1.05 * most, 5);
+  panel.box = {Vec2(0.0, 0.0), Vec2(far, step_y * std::ceil(1.05 * most / step_y))};
+  draw_grid(svg, panel, step_x, step_y);
+  for (const PlotFix& fix : plot.fixes) {
+    if (!fix.used || fix.distance_m > far) continue;
+    svg.line(panel.px(fix.distance_m), panel.top, panel.px(fix.distance_m), panel.bottom(),
+             R"(stroke="#CC79A7" stroke-width="1.2" stroke-dasharray="2 4")");
+  }
+  svg.path(in_pixels(panel, plot.vo_error), kVo, 2.4, R"(stroke-dasharray="9 4")");
+  svg.path(in_pixels(panel, plot.corrected_error), kCorrected, 2.4, "");
+  draw_axes(svg, panel, step_x, step_y, "distance along the true path (m)", "error in x, y (m)");
+
+  // Each curve's last value stands beside its end; two that are close are pushed apart.
+  const bool both = !plot.vo_error.empty() && !plot.corrected_error.empty();
+  double vo_y = plot.vo_error.empty() ? 0.0 : panel.py(plot.vo_error.back().xy_m) + 5.0;
+  double corrected_y = plot.corrected_error.empty() ? 0.0 : panel.py(plot.corrected_error.back().xy_m) + 5.0;
+  if (both && std::fabs(vo_y - corrected_y) < 18.0) {
+    const double middle = 0.5 * (vo_y + corrected_y);
+    const double side = vo_y <= corrected_y ? 9.0 : -9.0;
+    vo_y = middle - side;
+    corrected_y = middle + side;
+  }
+  if (!plot.vo_error.empty()) draw_curve_end(svg, panel, plot.vo_error.back(), kVo, vo_y);
+  if (!plot.corrected_error.empty())
+    draw_curve_end(svg, panel, plot.corrected_error.back(), kCorrected, corrected_y);
+}
+
+}  // namespace
+
+std::string render_svg(const ReplayPlot& plot) {
+  Panel map;
+  map.box = view_of(plot);
+  const double px_per_m = std::min(kMapMaxWidth / map.box.size_m().x(), kMapMaxHeight / map.box.size_m().y());
+  map.left = kLeft;
+  map.top = kTop;
+  map.width = px_per_m * map.box.size_m().x();
+  map.height = px_per_m * map.box.size_m().y();
+  const bool has_errors = !plot.vo_error.empty() || !plot.corrected_error.empty();
+  const Panel errors{map.left, map.bottom() + kAxisRoom + 12.0, map.width, kErrorHeight, {}};
+  const double width = map.right() + kLegendWidth;
+  const double height = (has_errors ? errors.bottom() : map.bottom()) + kAxisRoom;
+  const double magnification = fix_magnification(plot, map.box);
+
+  Svg svg;
+  svg.add(
+      R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)",
+      width, height);
+  svg.add(
+      "<style>text{{font-family:Helvetica,Arial,sans-serif;fill:#222}} .tick{{font-size:12px}} "
+      ".name{{font-size:14px}} "
+      ".grid{{stroke:#555;stroke-opacity:0.16;stroke-width:1}} .axis{{stroke:#444;stroke-width:1}} "
+      ".frame{{fill:none;stroke:#444;stroke-width:1.2}} .plate{{fill:#fff;fill-opacity:0.75}}</style>");
+  svg.add(R"(<rect width="100%" height="100%" fill="#ffffff"/>)");
+  svg.text(map.left, 32.0, R"(font-size="20" font-weight="bold")", plot.title);
+  svg.text(map.left, 55.0, R"(font-size="14")", plot.subtitle);
+  draw_map(svg, map, plot, magnification);
+  draw_legend(svg, map.right() + 22.0, map.top + 14.0, plot, magnification);
+  if (has_errors) draw_errors(svg, errors, plot);
+  svg.add("</svg>");
+  return svg.str();
+}
+
+}  // namespace cairn::ground
