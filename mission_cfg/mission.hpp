@@ -10,7 +10,7 @@ struct Mission {
   const char* name = "paper";
 
   // Rig (METHOD section IV): 66 x 52 degrees, 0.7 m high, 39 degrees down, 0.12 m baseline.
-  int image_width_px = 512;   ///< largest image; smaller ones are accepted
+  int image_width_px = 512;  ///< largest image; smaller ones are accepted
   int image_height_px = 384;
   double fx_px = 394.205430737;
   double fy_px = 394.205430737;
@@ -21,13 +21,13 @@ struct Mission {
   double camera_pitch_down_rad = 0.68067840827778852;  // 39 degrees
 
   // Capacities.
-  int max_features = 600;            ///< per image
-  int max_labels = 128;              ///< segmented regions per frame
+  int max_features = 600;              ///< per image
+  int max_labels = 128;                ///< segmented regions per frame
   int max_map_window_boulders = 4096;  ///< orbital boulders near the rover
-  int max_local_boulders = 256;      ///< ground boulders in the sliding window
+  int max_local_boulders = 256;        ///< ground boulders in the sliding window
 
   // Visual odometry.
-  int min_disparity_px = 4;          ///< nearer to infinity than this is not triangulated
+  int min_disparity_px = 4;  ///< nearer to infinity than this is not triangulated
   int max_disparity_px = 160;
   int search_radius_px = 40;         ///< t to t+1, about the predicted position
   int first_search_radius_px = 120;  ///< where no motion is known yet
@@ -36,10 +36,10 @@ struct Mission {
   double max_step_rad = 0.5;
 
   // Ground boulders (features/stereo_probe.hpp, labeling/, localizer/boulder_observer.hpp).
-  int probe_spacing_px = 5;          ///< grid of disparities
+  int probe_spacing_px = 5;  ///< grid of disparities
 
-  // Registration (registration/icp.hpp). Boulders of a local map lie some 0.3 m apart at the smallest size that both
-  // maps hold, and a drive drifts a few centimetres between fixes.
+  // Registration (registration/icp.hpp). Boulders of a local map lie some 0.3 m apart at the smallest size
+  // that both maps hold, and a drive drifts a few centimetres between fixes.
   int icp_max_iterations = 40;            ///< usual: 5 to 15
   double icp_gate_start_m = 0.60;         ///< wider than the drift to be caught ...
   double icp_gate_final_m = 0.25;         ///< ... narrower than the spacing of boulders
@@ -54,17 +54,18 @@ struct Mission {
   int icp_job_max_bytes = 160 * 1024;
 
   // Labelling (labeling/clustering.hpp).
-  int max_cluster_points = 1024;         ///< 3D points of the boulders of one frame, or boulders of the local map
-  int max_average_linkage_points = 256;  ///< those that average linkage takes: its matrix has n (n-1)/2 doubles
+  int max_cluster_points = 1024;  ///< 3D points of the boulders of one frame, or boulders of the local map
+  int max_average_linkage_points =
+      256;  ///< those that average linkage takes: its matrix has n (n-1)/2 doubles
 
   // Segmentation (fsw/segmentation): what the parameters mean is told there.
-  int segmentation_divisor = 2;         ///< 1: full resolution, 2: half
-  int mean_shift_radius_px = 3;         ///< working pixels
+  int segmentation_divisor = 2;  ///< 1: full resolution, 2: half
+  int mean_shift_radius_px = 3;  ///< working pixels
   int mean_shift_radius_grey = 16;
   int region_connect_grey = 2;
   int region_merge_grey = 14;
-  int min_region_area_px = 48;          ///< full-resolution pixels
-  double max_region_fraction = 0.05;    ///< of the image: larger regions are ground or sky
+  int min_region_area_px = 48;        ///< full-resolution pixels
+  double max_region_fraction = 0.05;  ///< of the image: larger regions are ground or sky
   int min_region_contrast_grey = 14;
 };
 

@@ -1,5 +1,5 @@
-/// The mission's sizes and parameters as flight code uses them. MISSION=<name> on make's command line chooses the
-/// folder that `mission_values.hpp` comes from.
+/// The mission's sizes and parameters as flight code uses them. MISSION=<name> on make's command line chooses
+/// the folder that `mission_values.hpp` comes from.
 #pragma once
 
 #include <cstddef>
@@ -21,16 +21,20 @@ inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_lin
 
 inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;  ///< 1.5 MiB at 512 x 384
 
-static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0, "image width: even, 64 to 2048");
-static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0, "image height: even, 64 to 2048");
+static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0,
+              "image width: even, 64 to 2048");
+static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0,
+              "image height: even, 64 to 2048");
 static_assert(kMaxFeatures >= 50 && kMaxFeatures <= 4096, "features: 50 to 4096");
 static_assert(kMaxLabels >= 8 && kMaxLabels <= 255, "labels fit a byte, 0 is 'none'");
 static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMission.min_disparity_px,
               "disparity range");
 static_assert(kMission.probe_spacing_px >= 3 && kMission.probe_spacing_px <= 16, "probes: every 3 to 16 px");
-static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF, "map boulders are indexed by 16 bits");
+static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF,
+              "map boulders are indexed by 16 bits");
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
 static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");
-static_assert(kMaxAverageLinkagePoints >= 1 && kMaxAverageLinkagePoints <= kMaxClusterPoints, "a part of the points");
+static_assert(kMaxAverageLinkagePoints >= 1 && kMaxAverageLinkagePoints <= kMaxClusterPoints,
+              "a part of the points");
 
 }  // namespace cairn::cfg

@@ -1,8 +1,8 @@
 /// The one header through which flight code sees Eigen.
 ///
 /// Fixed sizes only, no heap, no vectorisation (the same bits on every target), no over-alignment (objects
-/// are laid out alike on 32-bit and 64-bit machines). Decompositions that allocate are not used; doc/DESIGN.md
-/// lists those that are clean.
+/// are laid out alike on 32-bit and 64-bit machines). Decompositions that allocate are not used;
+/// doc/DESIGN.md lists those that are clean.
 #pragma once
 
 // The macros stand on the compiler's command line too, so that no translation unit can differ.

@@ -63,8 +63,8 @@ SinCos sin_cos(double angle_rad) {
   const long quarter = static_cast<long>(turns + (turns >= 0.0 ? 0.5 : -0.5));
   const auto k = static_cast<double>(quarter);
   // kHalfPiHigh split once more, so that k * high part is exact for every quarter in range.
-  constexpr double kHigh = 1.5707963267341256;             // upper 33 bits of pi/2
-  constexpr double kMiddle = kHalfPiHigh - kHigh;          // exact
+  constexpr double kHigh = 1.5707963267341256;     // upper 33 bits of pi/2
+  constexpr double kMiddle = kHalfPiHigh - kHigh;  // exact
   const double r = ((angle_rad - k * kHigh) - k * kMiddle) - k * kHalfPiLow;
   const double s = sin_kernel(r);
   const double c = cos_kernel(r);

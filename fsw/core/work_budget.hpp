@@ -1,7 +1,8 @@
 /// Work is budgeted in operations, not in time, so that a slice is the same on every machine.
 ///
 /// One operation is about one inner-loop step (a multiply-add on a pixel, a byte of a descriptor compared).
-/// A job splits its work into units (a row, a feature, an iteration) of bounded cost and asks before each one.
+/// A job splits its work into units (a row, a feature, an iteration) of bounded cost and asks before each
+/// one.
 ///
 /// Smallest budget that makes progress: any. The first unit asked of a budget is always granted, so a step
 /// overspends by at most one unit; `spent()` says by how much.
@@ -12,9 +13,9 @@
 namespace cairn {
 
 /// What a job's `step` says.
-enum class [[nodiscard]] Progress : std::uint8_t {
-  kMore,  ///< the budget ran out first: call `step` again
-  kDone,  ///< nothing left to do: read `status()` and `result()`
+enum class [[nodiscard]] Progress : std::uint8_t{
+    kMore,  ///< the budget ran out first: call `step` again
+    kDone,  ///< nothing left to do: read `status()` and `result()`
 };
 
 class WorkBudget {

@@ -10,7 +10,7 @@ namespace {
 constexpr BlurKernel kAlign = make_blur_kernel(0.6);
 constexpr BlurKernel kFine = make_blur_kernel(1.2);
 constexpr BlurKernel kCoarse = make_blur_kernel(1.92);
-constexpr int kContrast = 77;        // 0.6 grey levels in units of 1/128: below it is noise of an 8-bit image
+constexpr int kContrast = 77;  // 0.6 grey levels in units of 1/128: below it is noise of an 8-bit image
 constexpr int kMargin = kDescriptorMargin;
 constexpr std::uint32_t kRowOpsPerPixel = 30;
 
@@ -26,20 +26,23 @@ Hessian hessian(const std::int16_t* a, const std::int16_t* h, const std::int16_t
 /// Lowe's edge test with r = 10: trace^2 / det < (r + 1)^2 / r, det > 0.
 bool is_edge(const Hessian& d) {
   const std::int64_t trace = d.xx + d.yy;
-  const std::int64_t det16 = 16 * static_cast<std::int64_t>(d.xx) * d.yy - static_cast<std::int64_t>(d.xy4) * d.xy4;
+  const std::int64_t det16 =
+      16 * static_cast<std::int64_t>(d.xx) * d.yy - static_cast<std::int64_t>(d.xy4) * d.xy4;
   return det16 <= 0 || trace * trace * 10 * 16 >= 121 * det16;
 }
 
 bool is_extremum(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b) {
   const int c = h[0];
   if (c > 0) {
-    return c > a[-1] && c > a[0] && c > a[1] && c > h[-1] && c >= h[1] && c >= b[-1] && c >= b[0] && c >= b[1];
+    return c > a[-1] && c > a[0] && c > a[1] && c > h[-1] && c >= h[1] && c >= b[-1] && c >= b[0] &&
+           c >= b[1];
   }
   return c < a[-1] && c < a[0] && c < a[1] && c < h[-1] && c <= h[1] && c <= b[-1] && c <= b[0] && c <= b[1];
 }
 
 /// Vertex of the quadratic through the 3 x 3 neighbourhood; the offset is cut at half a pixel.
-void refine(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b, const Hessian& d, Feature& f) {
+void refine(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b, const Hessian& d,
+            Feature& f) {
   const double gx = 0.5 * (h[1] - h[-1]);
   const double gy = 0.5 * (b[0] - a[0]);
   const double xy = 0.25 * d.xy4;
@@ -150,11 +153,13 @@ void FeatureExtractor::select() {
   }
   int whole = 0;
   std::size_t total = 0;
-  while (whole < kPerCell && total + count_of_rank[whole] <= cfg::kMaxFeatures) total += count_of_rank[whole++];
+  while (whole < kPerCell && total + count_of_rank[whole] <= cfg::kMaxFeatures)
+    total += count_of_rank[whole++];
   const std::size_t room = cfg::kMaxFeatures - total;
   const std::size_t candidates = whole < kPerCell ? count_of_rank[whole] : 0;
 
-  // Counting sort into scan order: rows, then columns within a row (cells run left to right, so only a row mixes).
+  // Counting sort into scan order: rows, then columns within a row (cells run left to right, so only a row
+  // mixes).
   std::uint16_t per_row[cfg::kImageHeight + 1] = {};
   std::size_t seen = 0;
   for (Cell& cell : cells_) {

@@ -1,15 +1,17 @@
-/// Keypoints of one image: single-scale difference-of-Gaussians extrema (METHOD section A), spread over the image, each
-/// with its upright SIFT descriptor.
+/// Keypoints of one image: single-scale difference-of-Gaussians extrema (METHOD section A), spread over the
+/// image, each with its upright SIFT descriptor.
 ///
-/// One pass over the rows: smooth with two Gaussians (sigma 1.2 and 1.9 px), subtract, look for pixels beyond all eight
-/// neighbours and the contrast threshold, drop edges (ratio of principal curvatures above 10, Lowe 2004 section 4.1),
-/// refine to sub-pixel by a quadratic in u and v, keep the strongest of each 32 x 32 px cell. Then the cells hand in
-/// their features rank by rank until the cap is reached, so that texture in one corner cannot starve the rest:
-/// motion is the better determined the wider its features are spread. Then one descriptor a unit.
+/// One pass over the rows: smooth with two Gaussians (sigma 1.2 and 1.9 px), subtract, look for pixels beyond
+/// all eight neighbours and the contrast threshold, drop edges (ratio of principal curvatures above 10, Lowe
+/// 2004 section 4.1), refine to sub-pixel by a quadratic in u and v, keep the strongest of each 32 x 32 px
+/// cell. Then the cells hand in their features rank by rank until the cap is reached, so that texture in one
+/// corner cannot starve the rest: motion is the better determined the wider its features are spread. Then one
+/// descriptor a unit.
 ///
-/// A third, lighter Gaussian (sigma 0.6 px) gives the image that descriptors and patch alignment read; it stays as part
-/// of the result. Lighter is better there: on rendered and real images the motion's bias grew with the smoothing (0.49,
-/// 0.52, 0.63 and 0.75 degrees after 25 m for 0.6, 0.8, 1.2 and 1.5 px), while without any the interpolation suffers.
+/// A third, lighter Gaussian (sigma 0.6 px) gives the image that descriptors and patch alignment read; it
+/// stays as part of the result. Lighter is better there: on rendered and real images the motion's bias grew
+/// with the smoothing (0.49, 0.52, 0.63 and 0.75 degrees after 25 m for 0.6, 0.8, 1.2 and 1.5 px), while
+/// without any the interpolation suffers.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +22,12 @@
 
 namespace cairn {
 
-enum class [[nodiscard]] ExtractStatus : std::uint8_t {
-  kIdle,         ///< never started
-  kRunning,      ///< call step() again
-  kFeatures,     ///< result() and smooth() are valid
-  kFewFeatures,  ///< valid, but fewer than kMinFeatures: black, saturated or featureless image
-  kBadImage,     ///< no image, or a size that this build has no room for
+enum class [[nodiscard]] ExtractStatus : std::uint8_t{
+    kIdle,         ///< never started
+    kRunning,      ///< call step() again
+    kFeatures,     ///< result() and smooth() are valid
+    kFewFeatures,  ///< valid, but fewer than kMinFeatures: black, saturated or featureless image
+    kBadImage,     ///< no image, or a size that this build has no room for
 };
 
 class FeatureExtractor {
@@ -59,8 +61,8 @@ class FeatureExtractor {
 
   ExtractStatus status_ = ExtractStatus::kIdle;
   ImageU8 image_;
-  int fed_ = 0;    ///< rows read
-  int row_ = 0;    ///< rows smoothed and subtracted
+  int fed_ = 0;  ///< rows read
+  int row_ = 0;  ///< rows smoothed and subtracted
   std::size_t described_ = 0;
   bool selected_ = false;
   RowBlur align_;

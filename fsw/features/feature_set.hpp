@@ -18,11 +18,12 @@ struct Descriptor {
 
 /// An extremum of the difference of Gaussians, px.
 struct Feature {
-  float u = 0.0F;            ///< sub-pixel position
+  float u = 0.0F;  ///< sub-pixel position
   float v = 0.0F;
-  std::int16_t iu = 0;       ///< the pixel it was found at
+  std::int16_t iu = 0;  ///< the pixel it was found at
   std::int16_t iv = 0;
-  std::int16_t response = 0; ///< difference of Gaussians, grey levels x 256, signed: bright blobs are negative
+  std::int16_t response =
+      0;  ///< difference of Gaussians, grey levels x 256, signed: bright blobs are negative
 };
 
 /// Grey levels with 8 fraction bits.
@@ -32,7 +33,8 @@ using SmoothImage = ImageView<const std::uint16_t>;
 struct FeatureSet {
   FixedVector<Feature, cfg::kMaxFeatures> features;
   FixedVector<Descriptor, cfg::kMaxFeatures> descriptors;  ///< same index as `features`
-  std::uint16_t row_begin[cfg::kImageHeight + 1] = {};     ///< features of row v: row_begin[v] .. row_begin[v + 1] - 1
+  std::uint16_t row_begin[cfg::kImageHeight + 1] =
+      {};  ///< features of row v: row_begin[v] .. row_begin[v + 1] - 1
   int height = 0;
 
   /// First feature index at or below row `v` (clamped to the image).

@@ -20,8 +20,9 @@ Progress MatchJob::step(WorkBudget& budget) {
   for (; next_ < query_->features.size(); ++next_) {
     const SearchWindow& w = (*windows_)[next_];
     const bool empty = w.u0 > w.u1 || w.v0 > w.v1;
-    const auto band = empty ? 0U
-                            : static_cast<std::uint32_t>(target_->first_of_row(w.v1 + 1) - target_->first_of_row(w.v0));
+    const auto band =
+        empty ? 0U
+              : static_cast<std::uint32_t>(target_->first_of_row(w.v1 + 1) - target_->first_of_row(w.v0));
     if (!budget.take(8U + 30U * band)) return Progress::kMore;
     if (!empty) match_one(next_);
   }

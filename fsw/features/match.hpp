@@ -1,8 +1,10 @@
-/// Descriptor matching by nearest / second-nearest ratio under the chi-squared distance (METHOD section A), one job for
-/// left to right and for t to t+1: what differs is only the window in which each query feature may find its partner.
+/// Descriptor matching by nearest / second-nearest ratio under the chi-squared distance (METHOD section A),
+/// one job for left to right and for t to t+1: what differs is only the window in which each query feature
+/// may find its partner.
 ///
-/// A match is kept where the best distance is below `max_distance`, at most `ratio` times the second best in the window,
-/// and where the partner's own best query is this one (each partner is used once). Blobs match blobs of the same sign.
+/// A match is kept where the best distance is below `max_distance`, at most `ratio` times the second best in
+/// the window, and where the partner's own best query is this one (each partner is used once). Blobs match
+/// blobs of the same sign.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +23,9 @@ struct SearchWindow {
 };
 
 struct MatchParams {
-  float ratio = 0.8F;                      ///< Lowe's ratio, in (0, 1]
-  std::uint32_t max_distance = 1600 * 256;  ///< chi-squared in 1/256; unrelated patches lie at about 2500 * 256
+  float ratio = 0.8F;  ///< Lowe's ratio, in (0, 1]
+  std::uint32_t max_distance =
+      1600 * 256;  ///< chi-squared in 1/256; unrelated patches lie at about 2500 * 256
 };
 
 class MatchJob {
@@ -48,7 +51,7 @@ class MatchJob {
   std::size_t next_ = 0;
   std::size_t count_ = 0;
   std::int16_t partner_[cfg::kMaxFeatures] = {};
-  std::int16_t taken_by_[cfg::kMaxFeatures] = {};          ///< query that holds target j, or kNone
+  std::int16_t taken_by_[cfg::kMaxFeatures] = {};  ///< query that holds target j, or kNone
   std::uint32_t taken_distance_[cfg::kMaxFeatures] = {};
 };
 

@@ -28,7 +28,8 @@ constexpr Window make_window() {
 }
 
 constexpr Window kWindow = make_window();
-constexpr float kMinEigen = 400.0F;  // mean squared gradient in the weaker direction: 0.08 grey levels a pixel
+constexpr float kMinEigen =
+    400.0F;  // mean squared gradient in the weaker direction: 0.08 grey levels a pixel
 
 /// Bilinear samples of the warped patch; false where one lies outside.
 bool sample(const SmoothImage& image, float u, float v, const float (&warp)[4], float (&out)[kPatchSamples]) {
@@ -65,7 +66,8 @@ bool sample(const SmoothImage& image, float u, float v, const float (&warp)[4], 
 
 AlignStatus cut_template(const SmoothImage& image, int iu, int iv, PatchTemplate& out) {
   constexpr int r = kPatchRadius;
-  if (iu - r < 1 || iv - r < 1 || iu + r > image.width - 2 || iv + r > image.height - 2) return AlignStatus::kOutside;
+  if (iu - r < 1 || iv - r < 1 || iu + r > image.width - 2 || iv + r > image.height - 2)
+    return AlignStatus::kOutside;
   float mean = 0.0F;
   float uu = 0.0F;
   float uv = 0.0F;
@@ -102,8 +104,8 @@ AlignStatus cut_template(const SmoothImage& image, int iu, int iv, PatchTemplate
   return AlignStatus::kAligned;
 }
 
-Alignment align(const PatchTemplate& patch, const SmoothImage& target, float u, float v, const float (&warp)[4],
-                const AlignParams& params) {
+Alignment align(const PatchTemplate& patch, const SmoothImage& target, float u, float v,
+                const float (&warp)[4], const AlignParams& params) {
   Alignment result;
   const float u0 = u;
   const float v0 = v;
@@ -140,7 +142,8 @@ Alignment align(const PatchTemplate& patch, const SmoothImage& target, float u, 
     if (std::fabs(du) < params.converged_px && std::fabs(dv) < params.converged_px) {
       result.u = u;
       result.v = v;
-      result.status = result.correlation >= params.min_correlation ? AlignStatus::kAligned : AlignStatus::kDifferent;
+      result.status =
+          result.correlation >= params.min_correlation ? AlignStatus::kAligned : AlignStatus::kDifferent;
       return result;
     }
   }

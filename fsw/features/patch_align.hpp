@@ -1,10 +1,11 @@
 /// Sub-pixel alignment of an image patch: where does what stands at a pixel of one image lie in another?
 ///
-/// Independently found keypoints are biased (by some 0.02 px, which became 0.7 degrees of rotation in 25 m), so each match
-/// is refined on the images: inverse-compositional Gauss-Newton (Baker & Matthews 2004) for a translation, under a given
-/// affine distortion (the caller knows the ground's slope and the motion) and an unknown gain and offset of brightness
-/// (solved in closed form each time). The template stands at a whole pixel, so it is never interpolated; both images are
-/// smoothed (sigma 0.6 px), so that bilinear interpolation of the target has little bias.
+/// Independently found keypoints are biased (by some 0.02 px, which became 0.7 degrees of rotation in 25 m),
+/// so each match is refined on the images: inverse-compositional Gauss-Newton (Baker & Matthews 2004) for a
+/// translation, under a given affine distortion (the caller knows the ground's slope and the motion) and an
+/// unknown gain and offset of brightness (solved in closed form each time). The template stands at a whole
+/// pixel, so it is never interpolated; both images are smoothed (sigma 0.6 px), so that bilinear
+/// interpolation of the target has little bias.
 #pragma once
 
 #include <cstdint>
@@ -26,22 +27,22 @@ struct PatchTemplate {
   float value[kPatchSamples];  ///< zero weighted mean
   float gu[kPatchSamples];     ///< gradient times the window's weight
   float gv[kPatchSamples];
-  float inverse_hessian[3];    ///< uu, uv, vv of (sum w g g^T)^-1
-  float variance;              ///< weighted sum of squares
+  float inverse_hessian[3];  ///< uu, uv, vv of (sum w g g^T)^-1
+  float variance;            ///< weighted sum of squares
 };
 
-enum class [[nodiscard]] AlignStatus : std::uint8_t {
-  kAligned,       ///< the only one to use
-  kOutside,       ///< the patch leaves an image
-  kFlat,          ///< too little texture to fix both directions
-  kNotConverged,  ///< still moving after the last iteration, or moved further than allowed
-  kDifferent,     ///< converged on something that does not look like the template
+enum class [[nodiscard]] AlignStatus : std::uint8_t{
+    kAligned,       ///< the only one to use
+    kOutside,       ///< the patch leaves an image
+    kFlat,          ///< too little texture to fix both directions
+    kNotConverged,  ///< still moving after the last iteration, or moved further than allowed
+    kDifferent,     ///< converged on something that does not look like the template
 };
 
 struct AlignParams {
   int max_iterations = 12;
   float converged_px = 0.01F;
-  float max_shift_px = 3.0F;         ///< from the start position
+  float max_shift_px = 3.0F;  ///< from the start position
   float min_correlation = 0.85F;
 };
 
@@ -55,9 +56,9 @@ struct Alignment {
 /// Cuts the template about pixel (iu, iv); kOutside or kFlat where there is none, else kAligned.
 AlignStatus cut_template(const SmoothImage& image, int iu, int iv, PatchTemplate& out);
 
-/// Finds the template in `target` near (u, v). `warp` carries offsets from the template's pixel to offsets in the
-/// target (2x2, row-major); the identity where nothing is known.
-Alignment align(const PatchTemplate& patch, const SmoothImage& target, float u, float v, const float (&warp)[4],
-                const AlignParams& params);
+/// Finds the template in `target` near (u, v). `warp` carries offsets from the template's pixel to offsets in
+/// the target (2x2, row-major); the identity where nothing is known.
+Alignment align(const PatchTemplate& patch, const SmoothImage& target, float u, float v,
+                const float (&warp)[4], const AlignParams& params);
 
 }  // namespace cairn

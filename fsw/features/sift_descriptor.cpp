@@ -10,8 +10,8 @@ constexpr int kBins = 8;
 constexpr int kSide = (kCells + 1) * kCellPx - 1;  // samples a side: those within 2.5 cells of the keypoint
 constexpr int kFirst = -(kSide / 2);               // offset of the first sample from the keypoint
 
-/// Where a sample's row or column falls among the cells: the lower cell (0 = the virtual one before the first), the
-/// share of the upper one, and the Gaussian window.
+/// Where a sample's row or column falls among the cells: the lower cell (0 = the virtual one before the
+/// first), the share of the upper one, and the Gaussian window.
 struct SampleWeights {
   int cell[kSide] = {};
   float upper[kSide] = {};
@@ -32,7 +32,7 @@ constexpr SampleWeights make_weights() {
   SampleWeights w;
   for (int i = 0; i < kSide; ++i) {
     const double offset = static_cast<double>(kFirst + i) / kCellPx;  // in cells, from the keypoint
-    const double bin = offset + 0.5 * kCells - 0.5 + 1.0;             // padded by one virtual cell: never negative
+    const double bin = offset + 0.5 * kCells - 0.5 + 1.0;  // padded by one virtual cell: never negative
     w.cell[i] = static_cast<int>(bin);
     w.upper[i] = static_cast<float>(bin - w.cell[i]);
     w.window[i] = static_cast<float>(exp_series(-offset * offset / (2.0 * 0.25 * kCells * kCells)));

@@ -43,7 +43,8 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
                      left.height == right.height && left.width >= 64 && left.height >= 64 &&
                      left.width <= cfg::kImageWidth && left.height <= cfg::kImageHeight;
   const bool ranges = params.min_disparity_px >= 1 && params.max_disparity_px > params.min_disparity_px &&
-                      params.max_disparity_px < cfg::kImageWidth && params.below >= 0.0 && params.above >= 0.0;
+                      params.max_disparity_px < cfg::kImageWidth && params.below >= 0.0 &&
+                      params.above >= 0.0;
   if (!sizes || !ranges || !std::isfinite(plane.squaredNorm())) return status_ = ProbeStatus::kBadInput;
   params_ = params;
   left_ = left;
@@ -57,7 +58,8 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
   while (status_ == ProbeStatus::kRunning) {
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
-    if (!budget.take(16U + (steps > 0 ? 64U * static_cast<std::uint32_t>(steps) : 0U))) return Progress::kMore;
+    if (!budget.take(16U + (steps > 0 ? 64U * static_cast<std::uint32_t>(steps) : 0U)))
+      return Progress::kMore;
     if (steps >= 4) probe(u_, v_, range);
     u_ += kSpacing;
     if (u_ + kHalf > left_.width) {
@@ -73,7 +75,8 @@ StereoProbeJob::Range StereoProbeJob::search_range(int u, int v) const {
   const double d = plane_[0] * u + plane_[1] * v + plane_[2];
   double low = d * (1.0 - params_.below) - 2.0;
   double high = d * (1.0 + params_.above) + 2.0;
-  const auto most = static_cast<double>(u - kHalf < params_.max_disparity_px ? u - kHalf : params_.max_disparity_px);
+  const auto most =
+      static_cast<double>(u - kHalf < params_.max_disparity_px ? u - kHalf : params_.max_disparity_px);
   if (!(low > params_.min_disparity_px)) low = params_.min_disparity_px;
   if (!(high < most)) high = most;
   if (!(high > low)) return {0, -1};
@@ -98,7 +101,8 @@ void StereoProbeJob::probe(int u, int v, const Range& range) {
     if (apart && sums[d - range.low] < rival) rival = sums[d - range.low];
   }
   const std::uint32_t s0 = sums[best - range.low];
-  if (rival != UINT32_MAX && static_cast<double>(s0) > params_.uniqueness * static_cast<double>(rival)) return;
+  if (rival != UINT32_MAX && static_cast<double>(s0) > params_.uniqueness * static_cast<double>(rival))
+    return;
   const auto before = static_cast<float>(sums[best - 1 - range.low]);
   const auto after = static_cast<float>(sums[best + 1 - range.low]);
   const float steeper = before > after ? before - static_cast<float>(s0) : after - static_cast<float>(s0);

@@ -1,10 +1,11 @@
 /// Disparities on a regular grid: the 3D points by which a region is judged to stand above the ground or not.
 ///
-/// Keypoints are too few for that: a 0.1 m boulder two metres off covers some 20 x 15 px and holds one or two of them. Each
-/// probe compares an 8 x 8 window of the left image with windows of the same row of the right one (sum of
-/// absolute differences), over disparities about the ground's plane: nearer than the ground, where boulders stand, by up to
-/// `above` of it, and farther by `below`. Sub-pixel by the equiangular fit (a V through three differences). Left out:
-/// windows without horizontal texture, minima at the end of the range, and minima that a second one rivals.
+/// Keypoints are too few for that: a 0.1 m boulder two metres off covers some 20 x 15 px and holds one or two
+/// of them. Each probe compares an 8 x 8 window of the left image with windows of the same row of the right
+/// one (sum of absolute differences), over disparities about the ground's plane: nearer than the ground,
+/// where boulders stand, by up to `above` of it, and farther by `below`. Sub-pixel by the equiangular fit (a
+/// V through three differences). Left out: windows without horizontal texture, minima at the end of the
+/// range, and minima that a second one rivals.
 ///
 /// Source: block matching after Kanade & Okutomi 1994; equiangular fit Shimizu & Okutomi 2001.
 #pragma once
@@ -22,23 +23,22 @@ namespace cairn {
 struct StereoProbeParams {
   int min_disparity_px = cfg::kMission.min_disparity_px;
   int max_disparity_px = cfg::kMission.max_disparity_px;
-  double below = 0.2;           ///< search range: disparity of the plane times (1 - below) - 2 px ...
-  double above = 0.6;           ///< ... to times (1 + above) + 2 px
-  int min_texture = 160;        ///< sum of horizontal grey differences in the window
-  double uniqueness = 0.85;     ///< best difference at most this share of the best one elsewhere
+  double below = 0.2;        ///< search range: disparity of the plane times (1 - below) - 2 px ...
+  double above = 0.6;        ///< ... to times (1 + above) + 2 px
+  int min_texture = 160;     ///< sum of horizontal grey differences in the window
+  double uniqueness = 0.85;  ///< best difference at most this share of the best one elsewhere
 };
 
 struct StereoProbe {
-  std::int16_t u = 0;   ///< pixel of the left image at the window's centre (between its 4th and 5th sample: u + 0.5)
+  std::int16_t u =
+      0;  ///< pixel of the left image at the window's centre (between its 4th and 5th sample: u + 0.5)
   std::int16_t v = 0;
   float d_px = 0.0F;
 };
 
-enum class [[nodiscard]] ProbeStatus : std::uint8_t {
-  kIdle,
-  kRunning,
-  kDone,
-  kBadInput,  ///< views of different or unfit sizes, or a plane that is not finite
+enum class [[nodiscard]] ProbeStatus : std::uint8_t{
+    kIdle, kRunning, kDone,
+    kBadInput,  ///< views of different or unfit sizes, or a plane that is not finite
 };
 
 class StereoProbeJob {
@@ -49,7 +49,8 @@ class StereoProbeJob {
   using Probes = FixedVector<StereoProbe, kMaxProbes>;
 
   /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. Images are borrowed until done.
-  ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right, const Vec3& plane);
+  ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
+                    const Vec3& plane);
   /// Unit: one probe.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }

@@ -9,12 +9,13 @@ namespace cairn {
 bool is_valid(const StereoRig& rig) {
   const auto positive = [](double v) { return v > 0.0 && std::isfinite(v); };
   return rig.width_px > 0 && rig.height_px > 0 && positive(rig.fx_px) && positive(rig.fy_px) &&
-         positive(rig.baseline_m) && std::isfinite(rig.cx_px) && std::isfinite(rig.cy_px) && is_valid(rig.T_rover_cam);
+         positive(rig.baseline_m) && std::isfinite(rig.cx_px) && std::isfinite(rig.cy_px) &&
+         is_valid(rig.T_rover_cam);
 }
 
 Pose3 mast_pose(double height_m, double pitch_down_rad, double baseline_m) {
   const SinCos p = sin_cos(pitch_down_rad);
-  Mat3 R_rover_cam;  // columns: camera x (right), y (down), z (forward) in the rover frame
+  Mat3 R_rover_cam;                   // columns: camera x (right), y (down), z (forward) in the rover frame
   R_rover_cam << 0.0, -p.sin, p.cos,  //
       -1.0, 0.0, 0.0,                 //
       0.0, -p.cos, -p.sin;
@@ -50,7 +51,7 @@ Mat3 triangulation_covariance(const StereoRig& rig, const Vec3& p_cam, double si
   const double dz_dd = -z * z / (rig.fx_px * rig.baseline_m);
   const double rx = p_cam.x() / z;
   const double ry = p_cam.y() / z;
-  Mat3 J;  // columns: u_left, u_right, v (mean of two)
+  Mat3 J;                                             // columns: u_left, u_right, v (mean of two)
   J << z / rig.fx_px + rx * dz_dd, -rx * dz_dd, 0.0,  //
       ry * dz_dd, -ry * dz_dd, z / rig.fy_px,         //
       dz_dd, -dz_dd, 0.0;

@@ -1,8 +1,9 @@
-/// The rectified stereo rig: projection, triangulation and its covariance, and where the rig sits on the rover.
+/// The rectified stereo rig: projection, triangulation and its covariance, and where the rig sits on the
+/// rover.
 ///
 /// Frame `cam`: optical centre of the left camera, x right, y down, z forward (metres). Pixels: centre of the
-/// top-left pixel is (0, 0), u right, v down. The right camera stands at +baseline on the x axis of `cam`, same
-/// attitude, same intrinsics:
+/// top-left pixel is (0, 0), u right, v down. The right camera stands at +baseline on the x axis of `cam`,
+/// same attitude, same intrinsics:
 ///   u_left = fx x/z + cx    v = fy y/z + cy    u_right = u_left - fx b/z    disparity d = u_left - u_right
 #pragma once
 
@@ -41,16 +42,18 @@ Pose3 mast_pose(double height_m, double pitch_down_rad, double baseline_m);
 /// Projection of p_cam (z > 0) into both images.
 StereoPixel project(const StereoRig& rig, const Vec3& p_cam);
 
-/// Moves a match onto the epipolar geometry by the Sampson approximation (METHOD section A; Hartley and Zisserman
-/// 12.4). Between rectified views the epipolar constraint is v_left = v_right, which is linear, so the first-order
-/// correction is exact: each side takes half of the difference.
+/// Moves a match onto the epipolar geometry by the Sampson approximation (METHOD section A; Hartley and
+/// Zisserman 12.4). Between rectified views the epipolar constraint is v_left = v_right, which is linear, so
+/// the first-order correction is exact: each side takes half of the difference.
 StereoPixel sampson_correct(const StereoPixel& match);
 
-/// Triangulated point in `cam`. Asks for a positive disparity (the caller gates it) and a match on its epipolar line.
+/// Triangulated point in `cam`. Asks for a positive disparity (the caller gates it) and a match on its
+/// epipolar line.
 Vec3 triangulate(const StereoRig& rig, const StereoPixel& corrected);
 
-/// 3x3 covariance of the triangulated point in `cam`, m^2, from independent pixel noise of `sigma_px` on u_left,
-/// u_right and each of the two v (whose mean is used): first order, J S J^T. Along the ray it grows as z^4/(f b)^2.
+/// 3x3 covariance of the triangulated point in `cam`, m^2, from independent pixel noise of `sigma_px` on
+/// u_left, u_right and each of the two v (whose mean is used): first order, J S J^T. Along the ray it grows
+/// as z^4/(f b)^2.
 Mat3 triangulation_covariance(const StereoRig& rig, const Vec3& p_cam, double sigma_px);
 
 }  // namespace cairn

@@ -1,8 +1,9 @@
-/// Separable Gaussian smoothing in integers, a row at a time, so that a caller can stream an image through a few rows
-/// of cache instead of keeping whole intermediate images.
+/// Separable Gaussian smoothing in integers, a row at a time, so that a caller can stream an image through a
+/// few rows of cache instead of keeping whole intermediate images.
 ///
-/// Samples: u8 grey in; u16 with 8 fraction bits out (65280 = grey 255). Weights are integers that sum to 256, so the
-/// result is exact and the same on every target. Rows and columns beyond the border repeat the border pixel.
+/// Samples: u8 grey in; u16 with 8 fraction bits out (65280 = grey 255). Weights are integers that sum to
+/// 256, so the result is exact and the same on every target. Rows and columns beyond the border repeat the
+/// border pixel.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +50,8 @@ class RowBlur {
   void start(const BlurKernel& kernel, int width, int height);
   /// Smooths row `y` of the image horizontally into the ring. Rows must come in order.
   void feed(const std::uint8_t* row, int y);
-  /// Row `y` of the smoothed image into `out` (width samples). Asks for rows up to min(y + radius, height - 1) fed.
+  /// Row `y` of the smoothed image into `out` (width samples). Asks for rows up to min(y + radius, height -
+  /// 1) fed.
   void finish(int y, std::uint16_t* out) const;
   int radius() const { return kernel_.radius; }
 

@@ -6,8 +6,10 @@ namespace cairn {
 namespace {
 
 constexpr int kPlaneIterations = 8;
-constexpr float kMaxRowOffset = 1.5F;   // of a refined match from its row, px: beyond it the rig is not rectified
-constexpr double kRealignPx = 0.75;      // mean square shift of the predictions beyond which patches are aligned anew
+constexpr float kMaxRowOffset =
+    1.5F;  // of a refined match from its row, px: beyond it the rig is not rectified
+constexpr double kRealignPx =
+    0.75;  // mean square shift of the predictions beyond which patches are aligned anew
 constexpr double kMinDepth = 0.05;
 constexpr float kIdentity[4] = {1.0F, 0.0F, 0.0F, 1.0F};
 
@@ -55,9 +57,11 @@ VoStatus VisualOdometry::start(const ImageU8& left, const ImageU8& right, const 
       ++bad_priors_;
     }
   }
-  const bool sizes_fit = left.width == rig_.width_px && left.height == rig_.height_px && right.width == rig_.width_px &&
-                         right.height == rig_.height_px && right.data != nullptr;
-  if (!sizes_fit || current().left.start(left) != ExtractStatus::kRunning) return status_ = VoStatus::kBadImage;
+  const bool sizes_fit = left.width == rig_.width_px && left.height == rig_.height_px &&
+                         right.width == rig_.width_px && right.height == rig_.height_px &&
+                         right.data != nullptr;
+  if (!sizes_fit || current().left.start(left) != ExtractStatus::kRunning)
+    return status_ = VoStatus::kBadImage;
   return status_ = VoStatus::kRunning;
 }
 
@@ -88,7 +92,8 @@ bool VisualOdometry::run_phase(WorkBudget& budget) {
       collect_stereo();
       return true;
     case Phase::kPlane:
-      if (!budget.take(kPlaneIterations * 20U * static_cast<std::uint32_t>(frame.points.size() + 1))) return false;
+      if (!budget.take(kPlaneIterations * 20U * static_cast<std::uint32_t>(frame.points.size() + 1)))
+        return false;
       fit_plane();
       return true;
     case Phase::kStereoRefine:
@@ -221,12 +226,15 @@ void VisualOdometry::refine_point(std::size_t i) {
   const bool sloped = on_plane(frame.plane, f, point.d_px);
   const float warp[4] = {sloped ? static_cast<float>(1.0 - frame.plane[0]) : 1.0F,
                          sloped ? static_cast<float>(-frame.plane[1]) : 0.0F, 0.0F, 1.0F};
-  const Alignment a = align(patch, right_.smooth(), static_cast<float>(f.iu - point.d_px), f.iv, warp, params_.align);
+  const Alignment a =
+      align(patch, right_.smooth(), static_cast<float>(f.iu - point.d_px), f.iv, warp, params_.align);
   if (a.status != AlignStatus::kAligned) return;
   const StereoPixel measured = {static_cast<double>(f.iu), static_cast<double>(f.iv), a.u, a.v};
   rectification_.observe(measured);
   const StereoPixel px = sampson_correct(rectification_.correct(measured));
-  if (std::fabs(a.v - static_cast<float>(f.iv)) > kMaxRowOffset || px.disparity_px() < params_.min_disparity_px) return;
+  if (std::fabs(a.v - static_cast<float>(f.iv)) > kMaxRowOffset ||
+      px.disparity_px() < params_.min_disparity_px)
+    return;
   point.d_px = px.disparity_px();
   point.v_px = px.v_left;
   point.valid = true;
@@ -411,7 +419,8 @@ void VisualOdometry::accept(const MotionResult& motion) {
   result_.covariance = motion.covariance;
   const Pose3 T_ref_cur = motion.T_cur_ref.inverse();
   const Pose3 T_prev_cur = T_ref_prev_.inverse() * T_ref_cur;
-  if (!(T_prev_cur.t.norm() <= params_.max_step_m) || !(quat_log(T_prev_cur.q).norm() <= params_.max_step_rad)) {
+  if (!(T_prev_cur.t.norm() <= params_.max_step_m) ||
+      !(quat_log(T_prev_cur.q).norm() <= params_.max_step_rad)) {
     lose(VoStatus::kImplausible);
     return;
   }

@@ -31,14 +31,14 @@ struct MeanShiftParams {
   int spatial_radius_px = 3;   ///< hs, 1 to 32, pixels of the image given
   int range_radius_grey = 16;  ///< hr, 1 to 255, grey levels
   int max_iterations = 5;      ///< 1 to 100
-  int convergence = 1;         ///< 0 or more: a trajectory rests when (x, y) stays or |dx| + |dy| + dg^2 <= this
+  int convergence = 1;  ///< 0 or more: a trajectory rests when (x, y) stays or |dx| + |dy| + dg^2 <= this
 };
 
-enum class [[nodiscard]] MeanShiftStatus : std::uint8_t {
-  kIdle,      ///< never started
-  kRunning,   ///< call step() again
-  kDone,      ///< the output is whole
-  kBadInput,  ///< an empty view, views of different sizes, or a parameter out of its range
+enum class [[nodiscard]] MeanShiftStatus : std::uint8_t{
+    kIdle,      ///< never started
+    kRunning,   ///< call step() again
+    kDone,      ///< the output is whole
+    kBadInput,  ///< an empty view, views of different sizes, or a parameter out of its range
 };
 
 /// One iteration of one trajectory is the unit of work. Both views are borrowed until the job is done; they

@@ -1,4 +1,5 @@
-/// Iterative merging of neighbouring regions of similar intensity, then elimination of small ones (METHOD B.2).
+/// Iterative merging of neighbouring regions of similar intensity, then elimination of small ones (METHOD
+/// B.2).
 ///
 /// A pass finds, for each region, the neighbour whose mean grey value is nearest (ties: the smaller number),
 /// then goes through the regions in ascending order and joins each one to that neighbour where their means,
@@ -25,11 +26,11 @@ struct RegionMergeParams {
   int min_area_px = 12;  ///< smaller regions are given to a neighbour. 0 or 1: none
 };
 
-enum class [[nodiscard]] RegionMergeStatus : std::uint8_t {
-  kIdle,      ///< never started
-  kRunning,   ///< call step() again
-  kDone,      ///< the map holds the merged regions, its rows flattened
-  kBadInput,  ///< a parameter out of its range, or an empty map
+enum class [[nodiscard]] RegionMergeStatus : std::uint8_t{
+    kIdle,      ///< never started
+    kRunning,   ///< call step() again
+    kDone,      ///< the map holds the merged regions, its rows flattened
+    kBadInput,  ///< a parameter out of its range, or an empty map
 };
 
 /// The unit of work is a row or a run of region numbers.
@@ -63,7 +64,8 @@ class RegionMergeJob {
   bool pruning_ = false;
   int joined_in_pass_ = 0;
   int passes_ = 0;
-  /// Difference of means (1/256 grey) times 2^16 plus the neighbour: the smallest is the nearest, ties included.
+  /// Difference of means (1/256 grey) times 2^16 plus the neighbour: the smallest is the nearest, ties
+  /// included.
   std::uint32_t nearest_[kMaxRegionNumbers] = {};
 };
 

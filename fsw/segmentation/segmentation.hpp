@@ -49,13 +49,13 @@ struct SegmentationParams {
   int max_labels = static_cast<int>(cfg::kMaxLabels);              ///< 1 to cfg::kMaxLabels
 };
 
-enum class [[nodiscard]] SegmentationStatus : std::uint8_t {
-  kIdle,            ///< never started
-  kRunning,         ///< call step() again
-  kDone,            ///< labels and regions are there to be used
-  kNoRegions,       ///< nothing between the area limits: a black, saturated or blank image. No labels
-  kTooManyRegions,  ///< more pieces than the memory holds: noise, not a scene. No labels
-  kBadInput,        ///< an empty or too large view, or a parameter out of its range
+enum class [[nodiscard]] SegmentationStatus : std::uint8_t{
+    kIdle,            ///< never started
+    kRunning,         ///< call step() again
+    kDone,            ///< labels and regions are there to be used
+    kNoRegions,       ///< nothing between the area limits: a black, saturated or blank image. No labels
+    kTooManyRegions,  ///< more pieces than the memory holds: noise, not a scene. No labels
+    kBadInput,        ///< an empty or too large view, or a parameter out of its range
 };
 
 /// One labelled region.

@@ -44,7 +44,8 @@ Mat4 horn_matrix(const Mat3& s) {
 
 }  // namespace
 
-OrientationStatus absolute_orientation(const Vec3* from, const Vec3* to, std::size_t count, Pose3& T_to_from) {
+OrientationStatus absolute_orientation(const Vec3* from, const Vec3* to, std::size_t count,
+                                       Pose3& T_to_from) {
   if (count < 3) return OrientationStatus::kTooFewPoints;
   Vec3 mean_from(0.0, 0.0, 0.0);
   Vec3 mean_to(0.0, 0.0, 0.0);

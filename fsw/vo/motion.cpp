@@ -13,14 +13,15 @@ bool usable(const MotionPairs& pairs) {
   for (const MotionPair& p : pairs) {
     const bool finite = std::isfinite(p.p_ref_m.squaredNorm()) && std::isfinite(p.seen.u_left) &&
                         std::isfinite(p.seen.v_left) && std::isfinite(p.seen.u_right);
-    if (!finite || !(p.p_ref_m.z() > kMinDepth) || !(p.d_ref_px > 0.0) || !(p.seen.disparity_px() > 0.0)) return false;
+    if (!finite || !(p.p_ref_m.z() > kMinDepth) || !(p.d_ref_px > 0.0) || !(p.seen.disparity_px() > 0.0))
+      return false;
   }
   return true;
 }
 
 bool usable(const MotionParams& p) {
-  return p.max_hypotheses > 0 && p.inlier_px > 0.0 && p.min_inliers >= 3 && p.confidence > 0.0 && p.confidence < 1.0 &&
-         p.sigma_px > 0.0 && p.cauchy > 0.0 && p.iterations > 0;
+  return p.max_hypotheses > 0 && p.inlier_px > 0.0 && p.min_inliers >= 3 && p.confidence > 0.0 &&
+         p.confidence < 1.0 && p.sigma_px > 0.0 && p.cauchy > 0.0 && p.iterations > 0;
 }
 
 MotionStatus check(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs) {
@@ -29,8 +30,8 @@ MotionStatus check(const MotionParams& params, const StereoRig& rig, const Motio
   return MotionStatus::kRunning;
 }
 
-/// Hypotheses after which a clean triple was drawn with the wanted confidence: log(1 - c) / log(1 - w^3), counted up
-/// by multiplication since flight code has no logarithm.
+/// Hypotheses after which a clean triple was drawn with the wanted confidence: log(1 - c) / log(1 - w^3),
+/// counted up by multiplication since flight code has no logarithm.
 int hypotheses_needed(double inlier_share, double confidence, int most) {
   const double miss = 1.0 - inlier_share * inlier_share * inlier_share;
   double all_missed = 1.0;
@@ -44,9 +45,9 @@ int hypotheses_needed(double inlier_share, double confidence, int most) {
 
 /// Residual and Jacobians of one pair at a motion.
 struct Linearised {
-  Vec3 r;                               ///< (u, v, d) measured - predicted
-  Eigen::Matrix<double, 3, 6> J;        ///< of the prediction, by the left perturbation
-  Vec3 j_ref;                           ///< of the prediction, by d_ref
+  Vec3 r;                         ///< (u, v, d) measured - predicted
+  Eigen::Matrix<double, 3, 6> J;  ///< of the prediction, by the left perturbation
+  Vec3 j_ref;                     ///< of the prediction, by d_ref
 };
 
 Linearised linearise(const StereoRig& rig, const MotionPair& pair, const Pose3& T) {
@@ -58,7 +59,7 @@ Linearised linearise(const StereoRig& rig, const MotionPair& pair, const Pose3& 
   const double v = rig.fy_px * p.y() * iz + rig.cy_px;
   const double d = rig.fx_px * rig.baseline_m * iz;
   l.r = Vec3(pair.seen.u_left - u, pair.seen.v_left - v, pair.seen.disparity_px() - d);
-  Mat3 h;  // of (u, v, d) by p
+  Mat3 h;                                                  // of (u, v, d) by p
   h << rig.fx_px * iz, 0.0, -rig.fx_px * p.x() * iz * iz,  //
       0.0, rig.fy_px * iz, -rig.fy_px * p.y() * iz * iz,   //
       0.0, 0.0, -d * iz;
@@ -86,7 +87,8 @@ Mat3 information_of(const Vec3& j) {
 
 }  // namespace
 
-MotionStatus RansacMotionJob::start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs) {
+MotionStatus RansacMotionJob::start(const MotionParams& params, const StereoRig& rig,
+                                    const MotionPairs& pairs) {
   result_ = {};
   result_.pairs = static_cast<int>(pairs.size());
   status_ = check(params, rig, pairs);
@@ -138,7 +140,8 @@ void RansacMotionJob::try_hypothesis() {
   if (count <= best_count_) return;
   best_count_ = count;
   best_ = T;
-  const int needed = hypotheses_needed(static_cast<double>(count) / n, params_.confidence, params_.max_hypotheses);
+  const int needed =
+      hypotheses_needed(static_cast<double>(count) / n, params_.confidence, params_.max_hypotheses);
   needed_ = needed > hypothesis_ ? needed : hypothesis_;
 }
 
@@ -167,7 +170,8 @@ MotionStatus RansacMotionJob::finish() {
   for (bool& flag : inlier_) flag = false;
   if (best_count_ < params_.min_inliers) return MotionStatus::kNoConsensus;
   result_.inliers = count_inliers(best_, inlier_);
-  // Orientation of all inliers, in fixed order. p_cur_m_ is packed in place: inlier k is never behind index k.
+  // Orientation of all inliers, in fixed order. p_cur_m_ is packed in place: inlier k is never behind index
+  // k.
   std::size_t n = 0;
   for (std::size_t i = 0; i < pairs_->size(); ++i) {
     if (!inlier_[i]) continue;
@@ -181,8 +185,8 @@ MotionStatus RansacMotionJob::finish() {
   return MotionStatus::kEstimated;
 }
 
-MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs,
-                                    const Pose3& T_cur_ref) {
+MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig& rig,
+                                    const MotionPairs& pairs, const Pose3& T_cur_ref) {
   result_ = {};
   result_.pairs = static_cast<int>(pairs.size());
   status_ = is_valid(T_cur_ref) ? check(params, rig, pairs) : MotionStatus::kBadInput;
@@ -210,8 +214,9 @@ Progress RefineMotionJob::step(WorkBudget& budget) {
   return Progress::kDone;
 }
 
-/// How many times sigma_px the residuals really are: the median of the Mahalanobis distances over that of a chi
-/// distribution with three degrees of freedom, at least 1. Counted in a histogram: no sorting, bounded work.
+/// How many times sigma_px the residuals really are: the median of the Mahalanobis distances over that of a
+/// chi distribution with three degrees of freedom, at least 1. Counted in a histogram: no sorting, bounded
+/// work.
 double RefineMotionJob::residual_scale() const {
   constexpr int kBins = 128;
   constexpr double kPerUnit = 4.0;

@@ -1,8 +1,9 @@
 /// Motion of the rig between two stereo frames, from points seen in both (METHOD section A).
 ///
-/// Two stages in one job: RANSAC over minimal sets of three points by absolute orientation, inliers judged in pixels in
-/// both images; then either the absolute orientation of all inliers (the paper) or refinement on reprojection error
-/// (ours). The refinement minimises, over the motion, the robust sum of the squared Mahalanobis residuals
+/// Two stages in one job: RANSAC over minimal sets of three points by absolute orientation, inliers judged in
+/// pixels in both images; then either the absolute orientation of all inliers (the paper) or refinement on
+/// reprojection error (ours). The refinement minimises, over the motion, the robust sum of the squared
+/// Mahalanobis residuals
 ///   r = (u, v, d)_measured - project(T p_ref),   cov(r) = sigma^2 (I' + j j^T),   j = d(project) / d(d_ref)
 /// where the j term is the uncertainty of the reference point's own disparity, which matters as much as the
 /// measurement. Cauchy weights; Gauss-Newton on a left perturbation of T_cur_ref.
@@ -29,31 +30,32 @@ using MotionPairs = FixedVector<MotionPair, cfg::kMaxFeatures>;
 
 struct MotionParams {
   int max_hypotheses = 200;
-  double inlier_px = 2.0;       ///< RANSAC, in each image
+  double inlier_px = 2.0;  ///< RANSAC, in each image
   int min_inliers = 12;
-  double confidence = 0.999;    ///< early end of RANSAC
-  double sigma_px = 0.15;       ///< of a refined match, each coordinate, at best; the residuals' median may raise it
-  double cauchy = 2.5;          ///< residuals beyond this many sigmas lose weight
-  int iterations = 10;          ///< of the refinement, at most
+  double confidence = 0.999;  ///< early end of RANSAC
+  double sigma_px =
+      0.15;             ///< of a refined match, each coordinate, at best; the residuals' median may raise it
+  double cauchy = 2.5;  ///< residuals beyond this many sigmas lose weight
+  int iterations = 10;  ///< of the refinement, at most
   std::uint64_t seed = 1;
 };
 
-enum class [[nodiscard]] MotionStatus : std::uint8_t {
-  kIdle,
-  kRunning,
-  kEstimated,      ///< the only one to use
-  kTooFewPairs,    ///< fewer pairs than min_inliers
-  kNoConsensus,    ///< no hypothesis reached min_inliers
-  kDegenerate,     ///< the inliers do not fix all six parameters
-  kBadInput,       ///< a parameter or a pair out of its range
+enum class [[nodiscard]] MotionStatus : std::uint8_t{
+    kIdle,        kRunning,
+    kEstimated,    ///< the only one to use
+    kTooFewPairs,  ///< fewer pairs than min_inliers
+    kNoConsensus,  ///< no hypothesis reached min_inliers
+    kDegenerate,   ///< the inliers do not fix all six parameters
+    kBadInput,     ///< a parameter or a pair out of its range
 };
 
 struct MotionResult {
-  Pose3 T_cur_ref;           ///< carries points of the reference camera into the current one
-  Mat6 covariance = Mat6::Zero();  ///< of the left perturbation (rotation xyz rad, translation xyz m), in the current camera
+  Pose3 T_cur_ref;                 ///< carries points of the reference camera into the current one
+  Mat6 covariance = Mat6::Zero();  ///< of the left perturbation (rotation xyz rad, translation xyz m), in the
+                                   ///< current camera
   int inliers = 0;
   int pairs = 0;
-  double rms_px = 0.0;       ///< of the inliers' residuals in u, v, d
+  double rms_px = 0.0;  ///< of the inliers' residuals in u, v, d
 };
 
 /// RANSAC with absolute orientation.
@@ -82,7 +84,7 @@ class RansacMotionJob {
   int best_count_ = 0;
   Pose3 best_;
   MotionResult result_;
-  Vec3 p_cur_m_[cfg::kMaxFeatures];     ///< triangulated; packed to the inliers' at the end
+  Vec3 p_cur_m_[cfg::kMaxFeatures];  ///< triangulated; packed to the inliers' at the end
   Vec3 inlier_ref_m_[cfg::kMaxFeatures];
   bool inlier_[cfg::kMaxFeatures] = {};
 };
@@ -90,7 +92,8 @@ class RansacMotionJob {
 /// Robust refinement from a start motion.
 class RefineMotionJob {
  public:
-  MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs, const Pose3& T_cur_ref);
+  MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs,
+                     const Pose3& T_cur_ref);
   /// Unit: one Gauss-Newton iteration over all pairs.
   Progress step(WorkBudget& budget);
   MotionStatus status() const { return status_; }

@@ -17,8 +17,8 @@ Model model_at(const StereoRig& rig, const StereoPixel& px) {
   const double v = px.v_right - rig.cy_px;
   const double d = px.disparity_px();
   Model m;
-  m.vertical << f + v * v / f, 0.0*u * v / f, -u, -d, -v * d / f;
-  m.horizontal << u * v / f, 0.0*( f + u * u / f), v, 0.0, -u * d / f;
+  m.vertical << f + v * v / f, 0.0 * u * v / f, -u, -d, -v * d / f;
+  m.horizontal << u * v / f, 0.0 * (f + u * u / f), v, 0.0, -u * d / f;
   return m;
 }
 

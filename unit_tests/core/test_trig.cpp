@@ -36,7 +36,8 @@ void test_wrap_and_asin(void**) {
     assert_near(std::sin(w), std::sin(a), 1e-13);
     assert_near(std::cos(w), std::cos(a), 1e-13);
   }
-  for (int i = -10; i <= 10; ++i) assert_near(cairn::asin(0.1 * i), std::asin(std::fmax(-1.0, std::fmin(1.0, 0.1 * i))), 1e-15);
+  for (int i = -10; i <= 10; ++i)
+    assert_near(cairn::asin(0.1 * i), std::asin(std::fmax(-1.0, std::fmin(1.0, 0.1 * i))), 1e-15);
   assert_near(cairn::asin(2.0), 0.5 * cairn::kPi, 0.0);
   assert_near(cairn::sin_cos(NAN).cos, 1.0, 0.0);
 }

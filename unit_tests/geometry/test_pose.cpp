@@ -7,7 +7,8 @@ using namespace cairn;
 namespace {
 
 Pose3 sample_pose(int i) {
-  return {quat_from_attitude({0.7 * i - 3.0, 0.31 * i - 1.4, 0.9 - 0.4 * i}), Vec3(0.3 * i, -1.0 - i, 2.0 + 0.1 * i)};
+  return {quat_from_attitude({0.7 * i - 3.0, 0.31 * i - 1.4, 0.9 - 0.4 * i}),
+          Vec3(0.3 * i, -1.0 - i, 2.0 + 0.1 * i)};
 }
 
 void test_neighbours_cancel(void**) {

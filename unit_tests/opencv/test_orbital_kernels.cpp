@@ -75,7 +75,8 @@ void test_otsu(void**) {
       continue;
     }
     cv::threshold(image, expected, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
-    cv::threshold(image, actual, threshold, 255, cv::THRESH_BINARY);  // same split, whatever empty bins between
+    cv::threshold(image, actual, threshold, 255,
+                  cv::THRESH_BINARY);  // same split, whatever empty bins between
     assert_int_equal(cv::countNonZero(expected != actual), 0);
   }
 }
