@@ -36,7 +36,25 @@ struct Mission {
   double max_step_rad = 0.5;
 
   // Ground boulders (features/stereo_probe.hpp, labeling/, localizer/boulder_observer.hpp).
-  int probe_spacing_px = 5;  ///< grid of disparities
+  int probe_spacing_px = 5;            ///< grid of disparities
+  double boulder_min_height_m = 0.02;  ///< a point lower than this is ground: ripples and gravel reach it
+  double boulder_min_top_m =
+      0.035;                    ///< a boulder's highest point, at least: 0.1 m boulders stand some 0.05 m
+  double boulder_cut_m = 0.05;  ///< points of one boulder lie closer together than this
+  double boulder_max_range_m = 3.0;  ///< farther points are too uncertain and too flat to judge
+
+  double boulder_min_diameter_m = 0.08;  ///< smaller ones are not in the local map
+  int local_map_frames = 60;             ///< sliding window: two intervals between fixes
+
+  // Fusion (localizer/pose_fusion.hpp): what VO may be off. Systematic: about the paper's drift; the rest is
+  // noise.
+  double drift_scale = 0.02;
+  double drift_yaw_rad_per_m = 0.002;  ///< 0.11 degrees
+  double drift_noise_xy_m = 0.01;      ///< of one metre; grows with the square root of the way
+  double drift_noise_yaw_rad = 0.002;
+  double fix_floor_xy_m = 0.02;  ///< no fix is believed to be better: fixes share boulders and map
+  double fix_floor_yaw_rad = 0.004;
+  double map_window_radius_m = 8.0;  ///< orbital boulders near the VO position
 
   // Registration (registration/icp.hpp). Boulders of a local map lie some 0.3 m apart at the smallest size
   // that both maps hold, and a drive drifts a few centimetres between fixes.

@@ -19,6 +19,9 @@ inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
 inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
 inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_linkage_points;
 
+inline constexpr std::size_t kMaxProbes =
+    static_cast<std::size_t>(kImageWidth / kMission.probe_spacing_px + 1) *
+    static_cast<std::size_t>(kImageHeight / kMission.probe_spacing_px + 1);
 inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;  ///< 1.5 MiB at 512 x 384
 
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0,

@@ -44,9 +44,7 @@ enum class [[nodiscard]] ProbeStatus : std::uint8_t{
 class StereoProbeJob {
  public:
   static constexpr int kSpacing = cfg::kMission.probe_spacing_px;
-  static constexpr std::size_t kMaxProbes = static_cast<std::size_t>(cfg::kImageWidth / kSpacing + 1) *
-                                            static_cast<std::size_t>(cfg::kImageHeight / kSpacing + 1);
-  using Probes = FixedVector<StereoProbe, kMaxProbes>;
+  using Probes = FixedVector<StereoProbe, cfg::kMaxProbes>;
 
   /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. Images are borrowed until done.
   ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,

@@ -1,0 +1,94 @@
+/// Which regions are boulders? Those whose 3D points stand above the local ground.
+///
+/// Regions of one intensity (METHOD B.2) also hold sand, mineral patches and shadows, so each is tested: a plane
+///   z = a (x - x_0) + b (y - y_0) + c
+/// is fitted to the points around the region (its box widened by half its size), robustly and one-sidedly, since what is
+/// not ground there stands above it: weight (1 + (r/s)^2)^-2 above the plane and (1 + (r/2s)^2)^-1 below, ten
+/// iterations. A point is raised where it stands `min_height_m` and three standard deviations above that plane. A region
+/// with `min_raised` raised points of its own, and one at least `min_top_m` high, is a boulder's; then the points
+/// around it that carry no label but are raised as well belong to it too (a lit face often has the ground's grey). Without
+/// `test_height` every region's points count: that is the paper's variant.
+///
+/// Frame: `site`, z up, metres. Heights are vertical.
+#pragma once
+
+#include <cstdint>
+
+#include "core/eigen.hpp"
+#include "core/fixed_vector.hpp"
+#include "core/work_budget.hpp"
+#include "mission_cfg.hpp"
+
+namespace cairn {
+
+/// A 3D point of one frame, with the region it was seen in.
+struct SurfacePoint {
+  Vec3 p_site_m = Vec3(0.0, 0.0, 0.0);
+  float sigma_height_m = 0.0F;  ///< standard deviation of its height
+  std::int16_t u = 0;           ///< pixel of the left image
+  std::int16_t v = 0;
+  std::uint8_t label = 0;       ///< region, 1 ...; 0: none
+  bool raised = false;          ///< out: belongs to a boulder
+};
+inline constexpr std::size_t kMaxSurfacePoints = cfg::kMaxProbes;
+/// In scan order: rows of equal v, u rising.
+using SurfacePoints = FixedVector<SurfacePoint, kMaxSurfacePoints>;
+
+/// Bounding box of a region, px of the left image, inclusive.
+struct RegionBox {
+  std::uint8_t label = 0;
+  std::int16_t u_min = 0;
+  std::int16_t u_max = 0;
+  std::int16_t v_min = 0;
+  std::int16_t v_max = 0;
+};
+using RegionBoxes = FixedVector<RegionBox, cfg::kMaxLabels>;
+
+struct EvidenceParams {
+  bool test_height = true;       ///< false: the paper's regions as they are
+  double min_height_m = cfg::kMission.boulder_min_height_m;
+  double min_top_m = cfg::kMission.boulder_min_top_m;
+  int min_raised = 2;
+  int min_ground_points = 8;     ///< around a region; with fewer it is left out
+  double plane_scale_m = 0.015;  ///< s above: roughness of ground that is no boulder
+};
+
+enum class [[nodiscard]] EvidenceStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kDone,
+  kNoPoints,  ///< no surface point: nothing can be said
+};
+
+class EvidenceJob {
+ public:
+  /// `points` is borrowed until done and gets its `raised` set.
+  EvidenceStatus start(const EvidenceParams& params, const RegionBoxes& regions, SurfacePoints& points);
+  /// Unit: one region.
+  Progress step(WorkBudget& budget);
+  EvidenceStatus status() const { return status_; }
+  /// Regions that passed.
+  int boulders() const { return boulders_; }
+  /// Regions left out for want of ground points around them.
+  int untested() const { return untested_; }
+
+ private:
+  struct Plane {
+    double a, b, c, x0, y0;
+    double height(const Vec3& p) const { return p.z() - (a * (p.x() - x0) + b * (p.y() - y0) + c); }
+  };
+  std::size_t first_at_or_below(int v) const;
+  void judge(const RegionBox& region);
+  bool fit_ground(const RegionBox& widened, std::uint8_t label, Plane& plane) const;
+
+  EvidenceStatus status_ = EvidenceStatus::kIdle;
+  EvidenceParams params_;
+  const RegionBoxes* regions_ = nullptr;
+  SurfacePoints* points_ = nullptr;
+  std::size_t next_ = 0;
+  int boulders_ = 0;
+  int untested_ = 0;
+  std::uint16_t row_begin_[cfg::kImageHeight + 1] = {};  ///< first point at or below row v
+};
+
+}  // namespace cairn

@@ -1,0 +1,130 @@
+/// Boulders of one stereo frame, and which of the frame before they go on (METHOD B.2).
+///
+/// Segmentation of the left image; disparities on a grid; test of each region for standing above the ground; clustering of
+/// the raised 3D points, which merges the regions of one boulder (lit face, shaded face) and separates what one region
+/// joined; voting between the raised points of the last frame, carried over by VO, and the boulders of this one;
+/// assignment.
+///
+/// Where a boulder is. The mean of its points lies on the side that faces the camera: the far side is hidden. `kMean` is
+/// that mean, the paper's choice. `kFootprint` takes what is seen whole, the near edge and the width across the line of
+/// sight, and puts the centre half a width behind the near edge (boulders are about as deep as they are wide).
+#pragma once
+
+#include <cstdint>
+
+#include "features/stereo_probe.hpp"
+#include "geometry/stereo_rig.hpp"
+#include "labeling/clustering.hpp"
+#include "labeling/evidence.hpp"
+#include "labeling/voting.hpp"
+#include "segmentation/segmentation.hpp"
+
+namespace cairn {
+
+enum class BoulderCentre : std::uint8_t { kMean, kFootprint };
+
+struct BoulderParams {
+  SegmentationParams segmentation;
+  StereoProbeParams probe;
+  EvidenceParams evidence;
+  ClusteringParams clustering{Linkage::kSingle, cfg::kMission.boulder_cut_m};
+  BoulderCentre centre = BoulderCentre::kFootprint;
+  double max_range_m = cfg::kMission.boulder_max_range_m;
+  double probe_sigma_px = 0.25;   ///< of a probed disparity
+  int min_points = 3;             ///< of a cluster
+  int min_votes = 1;
+};
+
+/// One boulder in one frame.
+struct BoulderSighting {
+  Vec3 p_site_m = Vec3(0.0, 0.0, 0.0);  ///< centre; z: mean height of its points
+  float diameter_m = 0.0F;              ///< width across the line of sight
+  float spread_m = 0.0F;                ///< root mean square distance of its points from their mean
+  float range_m = 0.0F;                 ///< horizontal distance from the camera
+  std::uint16_t points = 0;
+  std::uint8_t previous = 0;            ///< sighting of the last frame that it goes on, plus 1; 0: new
+};
+using BoulderSightings = FixedVector<BoulderSighting, cfg::kMaxLabels>;
+
+enum class [[nodiscard]] ObserveStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kBoulders,      ///< result() holds at least one
+  kNoBoulders,    ///< nothing stands above the ground; no fault
+  kNoRegions,     ///< segmentation found none: black or saturated image, or noise
+  kNoPoints,      ///< no disparities
+  kBadInput,      ///< images of the wrong size, or a pose or plane that is not valid
+};
+
+struct ObserveCounts {
+  int regions = 0;
+  int probes = 0;
+  int evident = 0;         ///< regions that passed the test
+  int raised = 0;          ///< points
+  int dropped_points = 0;  ///< raised points without room
+  int dropped_boulders = 0;
+  int matched = 0;         ///< boulders that go on one of the last frame
+};
+
+class BoulderObserver {
+ public:
+  /// Forgets the last frame.
+  void init(const BoulderParams& params, const StereoRig& rig);
+  /// Images are borrowed until done. `plane`: disparity plane of the frame (VisualOdometry::disparity_plane).
+  ObserveStatus start(const ImageU8& left, const ImageU8& right, const Vec3& plane, const Pose3& T_site_cam);
+  Progress step(WorkBudget& budget);
+  /// Ends an unfinished frame without a result: the next one votes with the frame before.
+  void abandon() { status_ = ObserveStatus::kIdle; }
+  ObserveStatus status() const { return status_; }
+  const BoulderSightings& result() const { return sightings_; }
+  const ObserveCounts& counts() const { return counts_; }
+  /// For telemetry and pictures: the regions, and the surface points with their verdict.
+  const SegmentationJob& segmentation() const { return segmentation_; }
+  const SurfacePoints& surface() const { return surface_; }
+
+ private:
+  enum class Phase : std::uint8_t { kSegment, kProbe, kLift, kEvidence, kCluster, kObserve, kVote };
+  struct Member {
+    Vec3 p_site_m = Vec3(0.0, 0.0, 0.0);
+    std::uint8_t sighting = 0;  ///< index + 1
+  };
+  static constexpr int kGridColumns = cfg::kImageWidth / StereoProbeJob::kSpacing + 1;
+  static constexpr int kGridRows = cfg::kImageHeight / StereoProbeJob::kSpacing + 1;
+
+  bool run_phase(WorkBudget& budget);
+  void begin_evidence();
+  void lift(const StereoProbe& probe);
+  void begin_clustering();
+  void observe_clusters();
+  BoulderSighting describe_cluster(int cluster, int points) const;
+  void begin_vote();
+  void finish(ObserveStatus status);
+
+  BoulderParams params_;
+  StereoRig rig_;
+  ObserveStatus status_ = ObserveStatus::kIdle;
+  Phase phase_ = Phase::kSegment;
+  std::size_t cursor_ = 0;
+  ImageU8 left_;
+  ImageU8 right_;
+  Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
+  Pose3 T_site_cam_;
+  ObserveCounts counts_;
+
+  SegmentationJob segmentation_;
+  StereoProbeJob probe_;
+  RegionBoxes boxes_;
+  SurfacePoints surface_;
+  EvidenceJob evidence_;
+  ClusterPoints raised_;
+  FixedVector<std::uint16_t, cfg::kMaxClusterPoints> raised_surface_;  ///< index in surface_
+  ClusteringJob clustering_;
+  BoulderSightings sightings_;
+  VotingJob voting_;
+  FixedVector<Member, cfg::kMaxClusterPoints> last_members_;   ///< raised points of the last frame
+  int last_sightings_ = 0;
+  std::uint8_t sighting_of_[cfg::kMaxClusterPoints] = {};      ///< by cluster, index + 1; 0: too small
+  std::uint8_t grid_[kGridRows * kGridColumns] = {};           ///< sighting at each probe, index + 1
+};
+
+}  // namespace cairn

@@ -1,0 +1,125 @@
+#include "localizer/boulder_tracks.hpp"
+
+namespace cairn {
+
+void BoulderTracks::init(const TrackParams& params) {
+  params_ = params;
+  tracks_.clear();
+  last_count_ = 0;
+  next_id_ = dropped_ = 0;
+}
+
+void BoulderTracks::update(const BoulderSightings& sightings, std::uint32_t frame) {
+  forget(frame);
+  std::int16_t now[cfg::kMaxLabels];
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    const BoulderSighting& s = sightings[i];
+    std::int16_t index = track_of(s, frame);
+    if (index == kNone) {
+      Track fresh;
+      fresh.id = next_id_;
+      if (tracks_.push_back(fresh)) {
+        ++next_id_;
+        index = static_cast<std::int16_t>(tracks_.size() - 1);
+      } else {
+        ++dropped_;
+      }
+    }
+    now[i] = index;
+    if (index == kNone) continue;
+    Track& track = tracks_[static_cast<std::size_t>(index)];
+    const double far = params_.sigma_per_range2 * static_cast<double>(s.range_m) * static_cast<double>(s.range_m);
+    const double weight = 1.0 / (params_.sigma_near_m * params_.sigma_near_m + far * far);
+    absorb(track, s.p_site_m, weight, static_cast<double>(s.diameter_m), static_cast<double>(s.spread_m));
+    track.last_frame = frame;
+    if (track.sightings < UINT16_MAX) ++track.sightings;
+  }
+  last_count_ = sightings.size();
+  for (std::size_t i = 0; i < last_count_; ++i) last_track_[i] = now[i];
+}
+
+std::int16_t BoulderTracks::track_of(const BoulderSighting& sighting, std::uint32_t frame) const {
+  if (sighting.previous != 0 && sighting.previous <= last_count_) {
+    const std::int16_t voted = last_track_[sighting.previous - 1];
+    if (voted != kNone && (tracks_[static_cast<std::size_t>(voted)].last_frame != frame ||
+                           tracks_[static_cast<std::size_t>(voted)].sightings == 0)) {
+      return voted;
+    }
+  }
+  std::int16_t best = kNone;
+  double best2 = params_.merge_m * params_.merge_m;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (tracks_[i].last_frame == frame) continue;
+    const double dx = tracks_[i].p_site_m.x() - sighting.p_site_m.x();
+    const double dy = tracks_[i].p_site_m.y() - sighting.p_site_m.y();
+    if (dx * dx + dy * dy < best2) {
+      best2 = dx * dx + dy * dy;
+      best = static_cast<std::int16_t>(i);
+    }
+  }
+  return best;
+}
+
+void BoulderTracks::absorb(Track& track, const Vec3& p, double weight, double diameter, double spread) {
+  const double total = track.weight + weight;
+  const double share = weight / total;
+  track.p_site_m += (p - track.p_site_m) * share;
+  track.diameter_m += (diameter - track.diameter_m) * share;
+  track.spread_m += (spread - track.spread_m) * share;
+  track.weight = total;
+}
+
+void BoulderTracks::forget(std::uint32_t frame) {
+  for (std::size_t i = tracks_.size(); i-- > 0;) {
+    if (frame - tracks_[i].last_frame > static_cast<std::uint32_t>(params_.window_frames)) remove(i);
+  }
+}
+
+void BoulderTracks::remove(std::size_t index) {
+  for (std::size_t i = index; i + 1 < tracks_.size(); ++i) tracks_[i] = tracks_[i + 1];
+  tracks_.resize(tracks_.size() - 1);
+  for (std::size_t k = 0; k < last_count_; ++k) {
+    const auto gone = static_cast<std::int16_t>(index);
+    if (last_track_[k] == gone) {
+      last_track_[k] = kNone;
+    } else if (last_track_[k] > gone) {
+      --last_track_[k];
+    }
+  }
+}
+
+void BoulderTracks::build(LocalMap& out) {
+  const double merge2 = params_.merge_m * params_.merge_m;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    for (std::size_t j = tracks_.size(); j-- > i + 1;) {
+      const double dx = tracks_[i].p_site_m.x() - tracks_[j].p_site_m.x();
+      const double dy = tracks_[i].p_site_m.y() - tracks_[j].p_site_m.y();
+      if (dx * dx + dy * dy >= merge2) continue;
+      Track& kept = tracks_[i];
+      const Track gone = tracks_[j];
+      absorb(kept, gone.p_site_m, gone.weight, gone.diameter_m, gone.spread_m);
+      kept.sightings = static_cast<std::uint16_t>(
+          kept.sightings + gone.sightings < UINT16_MAX ? kept.sightings + gone.sightings : UINT16_MAX);
+      if (gone.last_frame > kept.last_frame) kept.last_frame = gone.last_frame;
+      for (std::size_t k = 0; k < last_count_; ++k) {
+        if (last_track_[k] == static_cast<std::int16_t>(j)) last_track_[k] = static_cast<std::int16_t>(i);
+      }
+      remove(j);
+    }
+  }
+  out.clear();
+  for (const Track& t : tracks_) {
+    if (t.sightings < params_.min_sightings || t.diameter_m < params_.min_diameter_m) continue;
+    LocalBoulder b;
+    b.p_site_m = Vec2(t.p_site_m.x(), t.p_site_m.y());
+    b.z_site_m = t.p_site_m.z();
+    b.diameter_m = static_cast<float>(t.diameter_m);
+    b.spread_m = static_cast<float>(t.spread_m);
+    b.id = t.id;
+    b.sightings = t.sightings;
+    const bool fits = out.push_back(b);
+    CAIRN_ASSERT(fits);
+  }
+}
+
+}  // namespace cairn
