@@ -26,6 +26,8 @@ struct Mission {
   int max_map_window_boulders = 4096;  ///< orbital boulders near the rover
   int max_local_boulders = 256;        ///< ground boulders in the sliding window
 
+  int root_max_bytes = 16 * 1024 * 1024;  ///< all static memory of the flight module
+
   // Visual odometry.
   int min_disparity_px = 4;  ///< nearer to infinity than this is not triangulated
   int max_disparity_px = 160;

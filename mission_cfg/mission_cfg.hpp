@@ -15,6 +15,7 @@ inline constexpr std::size_t kMaxFeatures = kMission.max_features;
 inline constexpr std::size_t kMaxLabels = kMission.max_labels;
 inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
 inline constexpr std::size_t kMaxLocalBoulders = kMission.max_local_boulders;
+inline constexpr std::size_t kRootMaxBytes = kMission.root_max_bytes;
 inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
 inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
 inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_linkage_points;

@@ -33,6 +33,8 @@ class WorkBudget {
     spent_ = after;
     return true;
   }
+  /// Books work that was done on another budget.
+  void charge(std::uint64_t ops) { spent_ += ops; }
   std::uint64_t spent() const { return spent_; }
   std::uint32_t ops() const { return ops_; }
   /// What is left for another job in the same slice (0 when overspent).

@@ -33,6 +33,12 @@ ObserveStatus BoulderObserver::start(const ImageU8& left, const ImageU8& right, 
   }
 }
 
+void BoulderObserver::abandon() {
+  status_ = ObserveStatus::kIdle;
+  sightings_.clear();
+  counts_ = {};
+}
+
 Progress BoulderObserver::step(WorkBudget& budget) {
   while (status_ == ObserveStatus::kRunning) {
     if (!run_phase(budget)) return Progress::kMore;

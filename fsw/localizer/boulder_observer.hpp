@@ -74,7 +74,7 @@ class BoulderObserver {
   ObserveStatus start(const ImageU8& left, const ImageU8& right, const Vec3& plane, const Pose3& T_site_cam);
   Progress step(WorkBudget& budget);
   /// Ends an unfinished frame without a result: the next one votes with the frame before.
-  void abandon() { status_ = ObserveStatus::kIdle; }
+  void abandon();
   ObserveStatus status() const { return status_; }
   const BoulderSightings& result() const { return sightings_; }
   const ObserveCounts& counts() const { return counts_; }

@@ -83,10 +83,8 @@ LocalizerStatus Localizer::set_trim(const StepTrim& trim) {
 
 LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior) {
   if (!started_) return LocalizerStatus::kNoStart;
-  if (observe_open_ || observe_wanted_) {
-    observer_.abandon();
-    ++health_.abandoned_boulders;
-  }
+  if (observe_open_ || observe_wanted_) ++health_.abandoned_boulders;
+  observer_.abandon();
   observe_open_ = observe_wanted_ = false;
   left_ = left;
   right_ = right;

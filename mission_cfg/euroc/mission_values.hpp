@@ -19,6 +19,7 @@ inline constexpr Mission kMission = [] {
   m.camera_pitch_down_rad = 0.0;
   m.min_disparity_px = 2;
   m.max_disparity_px = 120;
+  m.root_max_bytes = 64 * 1024 * 1024;
   return m;
 }();
 

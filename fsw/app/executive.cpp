@@ -1,0 +1,84 @@
+#include "app/executive.hpp"
+
+namespace cairn::app {
+namespace {
+
+std::uint32_t saturated(std::uint64_t ops) { return ops < UINT32_MAX ? static_cast<std::uint32_t>(ops) : UINT32_MAX; }
+
+bool active(const cfg::ScheduleRow& row, int minor) { return minor >= row.first_minor && minor <= row.last_minor; }
+
+}  // namespace
+
+void Executive::init() { *this = Executive(); }
+
+LocalizerStatus Executive::begin_minor(Localizer& localizer, const ImageU8& left, const ImageU8& right,
+                                       const Pose3* motion_prior) {
+  CAIRN_ASSERT(!busy_);
+  if (vo_open_) {
+    ++counts_.dropped_pairs;
+  } else {
+    const LocalizerStatus status = localizer.begin_frame(left, right, motion_prior);
+    if (status != LocalizerStatus::kReady) return status;
+    vo_open_ = true;
+  }
+  minor_ = (minor_ + 1) % cfg::kMinorFrames;
+  work_ = {};
+  row_ = 0;
+  row_left_ = cfg::kSchedule[0].ops;
+  fix_closed_ = false;
+  busy_ = true;
+  return LocalizerStatus::kReady;
+}
+
+Progress Executive::run(Localizer& localizer, WorkBudget& slice) {
+  while (busy_) {
+    const cfg::ScheduleRow& row = cfg::kSchedule[row_];
+    bool over = !active(row, minor_);
+    if (!over) {
+      if (slice.left() == 0) return Progress::kMore;
+      WorkBudget share(slice.left() < row_left_ ? slice.left() : row_left_);
+      const bool done = step(localizer, row.task, share) == Progress::kDone;
+      slice.charge(share.spent());
+      const std::uint32_t spent = saturated(share.spent());
+      row_left_ = row_left_ > spent ? row_left_ - spent : 0;
+      std::uint32_t& total = work_.ops[static_cast<int>(row.task)];
+      total = saturated(static_cast<std::uint64_t>(total) + spent);
+      // A registration may take all its minor frames; whether it was late is told when it is due.
+      if (!done && row_left_ == 0 && row.task != cfg::Task::kFix) ++counts_.overruns[static_cast<int>(row.task)];
+      over = done || row_left_ == 0;
+    }
+    if (!over) continue;
+    ++row_;
+    if (row_ == cfg::kScheduleRows) {
+      busy_ = false;
+    } else {
+      row_left_ = cfg::kSchedule[row_].ops;
+    }
+  }
+  return Progress::kDone;
+}
+
+Progress Executive::step(Localizer& localizer, cfg::Task task, WorkBudget& budget) {
+  switch (task) {
+    case cfg::Task::kVo: {
+      const Progress progress = localizer.step_vo(budget);
+      vo_open_ = progress == Progress::kMore;
+      return progress;
+    }
+    case cfg::Task::kBoulders: return vo_open_ ? Progress::kDone : localizer.step_boulders(budget);
+    case cfg::Task::kFixBegin:
+      localizer.begin_fix();
+      budget.charge(1);
+      return Progress::kDone;
+    case cfg::Task::kFix: return localizer.step_fix(budget);
+    case cfg::Task::kFixApply:
+      localizer.apply_fix();
+      fix_closed_ = true;
+      if (localizer.last_fix().status == FixStatus::kLate) ++counts_.overruns[static_cast<int>(cfg::Task::kFix)];
+      budget.charge(1);
+      return Progress::kDone;
+  }
+  return Progress::kDone;
+}
+
+}  // namespace cairn::app

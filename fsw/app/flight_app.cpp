@@ -1,0 +1,213 @@
+#include "app/flight_app.hpp"
+
+#include "hal/camera.hpp"
+#include "hal/clock.hpp"
+#include "hal/link.hpp"
+#include "hal/nvm.hpp"
+#include "hal/watchdog.hpp"
+
+namespace cairn::app {
+
+StereoRig mission_rig() {
+  StereoRig rig;
+  rig.width_px = cfg::kMission.image_width_px;
+  rig.height_px = cfg::kMission.image_height_px;
+  rig.fx_px = cfg::kMission.fx_px;
+  rig.fy_px = cfg::kMission.fy_px;
+  rig.cx_px = cfg::kMission.cx_px;
+  rig.cy_px = cfg::kMission.cy_px;
+  rig.baseline_m = cfg::kMission.baseline_m;
+  rig.T_rover_cam = mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
+  return rig;
+}
+
+LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& rig) {
+  executive_.init();
+  validating_ = have_prior_ = false;
+  pair_number_ = sequence_ = bad_commands_ = lost_packets_ = 0;
+  pair_time_us_ = 0;
+  localizer_.set_map(OrbitalMap());
+  return localizer_.init(params, rig);
+}
+
+FlightApp::State FlightApp::cycle(std::uint32_t slice_ops) {
+  hal::watchdog_kick();
+  take_command();
+  WorkBudget slice(slice_ops);
+  if (validate_map(slice)) return State::kBusy;
+  if (executive_.busy()) {
+    if (executive_.run(localizer_, slice) == Progress::kDone) report_minor();
+    return State::kBusy;
+  }
+  return take_pair() ? State::kBusy : State::kIdle;
+}
+
+void FlightApp::take_command() {
+  std::uint8_t bytes[kMaxPacketBytes];
+  const std::size_t size = hal::telecommand_receive(bytes, sizeof bytes);
+  if (size == 0) return;
+  Command command;
+  AckReport ack;
+  CommandStatus status = decode(bytes, size, command);
+  if (status == CommandStatus::kAccepted) status = carry_out(command, ack.detail);
+  if (status != CommandStatus::kAccepted) ++bad_commands_;
+  ack.command_sequence = status == CommandStatus::kBadPacket ? 0 : command.sequence;
+  ack.command_type = static_cast<std::uint8_t>(command.type);
+  ack.status = static_cast<std::uint8_t>(status);
+  send(ack);
+}
+
+CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail) {
+  LocalizerStatus status = LocalizerStatus::kReady;
+  switch (command.type) {
+    case CommandType::kSetStart:
+      status = localizer_.set_start(command.pose, command.number[0], command.number[1]);
+      if (status == LocalizerStatus::kReady) executive_.init();
+      break;
+    case CommandType::kSetTrim: status = localizer_.set_trim({command.number[0], command.number[1]}); break;
+    case CommandType::kMotionPrior:
+      // A bad one is for VO to refuse and count, like any input of a frame.
+      prior_ = command.pose;
+      have_prior_ = true;
+      break;
+    case CommandType::kLoadMap: {
+      localizer_.set_map(OrbitalMap());
+      const hal::Bytes bank = hal::map_bank();
+      const MapStatus map = validation_.start(bank.data, bank.size);
+      validating_ = map == MapStatus::kChecking;
+      detail = static_cast<std::uint8_t>(map);
+      return validating_ ? CommandStatus::kAccepted : CommandStatus::kRefused;
+    }
+  }
+  detail = static_cast<std::uint8_t>(status);
+  return status == LocalizerStatus::kReady ? CommandStatus::kAccepted : CommandStatus::kRefused;
+}
+
+bool FlightApp::validate_map(WorkBudget& slice) {
+  if (!validating_) return false;
+  if (validation_.step(slice) == Progress::kDone) {
+    validating_ = false;
+    localizer_.set_map(validation_.result());
+    report_health();  // tells the map's status
+  }
+  return true;
+}
+
+bool FlightApp::take_pair() {
+  hal::StereoInfo info;
+  if (!hal::camera_take({left_, right_, sizeof left_}, info)) return false;
+  const auto view = [](const std::uint8_t* data, int width, int height) {
+    const bool fits = width > 0 && height > 0 && width <= cfg::kImageWidth && height <= cfg::kImageHeight;
+    return fits ? packed_view(data, width, height) : ImageU8();
+  };
+  pair_number_ = info.number;
+  pair_time_us_ = info.t_capture_us;
+  const LocalizerStatus status =
+      executive_.begin_minor(localizer_, view(left_, info.left_width, info.left_height),
+                             view(right_, info.right_width, info.right_height), have_prior_ ? &prior_ : nullptr);
+  have_prior_ = false;
+  if (status != LocalizerStatus::kReady) report_minor();  // no start pose: the report says so, and nothing moves
+  return true;
+}
+
+void FlightApp::report_minor() {
+  const VoResult& vo = localizer_.vo().result();
+  const ObserveCounts& seen = localizer_.observer().counts();
+  FrameReport r;
+  r.number = pair_number_;
+  r.t_capture_us = pair_time_us_;
+  r.pose_source = static_cast<std::uint8_t>(localizer_.pose_source());
+  r.vo_status = static_cast<std::uint8_t>(localizer_.vo().status());
+  r.boulder_status = static_cast<std::uint8_t>(localizer_.observer().status());
+  r.T_map_cam_vo = localizer_.vo_T_map_cam();
+  r.T_map_cam = localizer_.T_map_cam();
+  r.sigma_xy_m = static_cast<float>(localizer_.fusion().sigma_xy_m());
+  r.sigma_yaw_rad = static_cast<float>(localizer_.fusion().sigma_yaw_rad());
+  r.features_left = static_cast<std::uint16_t>(vo.features_left);
+  r.features_right = static_cast<std::uint16_t>(vo.features_right);
+  r.stereo = static_cast<std::uint16_t>(vo.stereo);
+  r.matches = static_cast<std::uint16_t>(vo.matches);
+  r.inliers = static_cast<std::uint16_t>(vo.inliers);
+  r.rms_px = static_cast<float>(vo.rms_px);
+  r.regions = static_cast<std::uint16_t>(seen.regions);
+  r.evident_regions = static_cast<std::uint16_t>(seen.evident);
+  r.boulders = static_cast<std::uint16_t>(localizer_.observer().result().size());
+  r.boulders_matched = static_cast<std::uint16_t>(seen.matched);
+  r.scale = static_cast<float>(localizer_.fusion().scale());
+  r.turn_rad_per_m = static_cast<float>(localizer_.fusion().turn_rad_per_m());
+  const MinorWork& work = executive_.work();
+  r.vo_ops = work.ops[static_cast<int>(cfg::Task::kVo)];
+  r.boulder_ops = work.ops[static_cast<int>(cfg::Task::kBoulders)];
+  r.fix_ops = work.ops[static_cast<int>(cfg::Task::kFix)];
+  send(r);
+  if (executive_.fix_closed()) report_fix();
+  if (executive_.minor() == cfg::kMinorFrames - 1) report_health();
+}
+
+void FlightApp::report_fix() {
+  const FixRecord& fix = localizer_.last_fix();
+  FixReport r;
+  r.number = pair_number_;
+  r.status = static_cast<std::uint8_t>(fix.status);
+  r.map_window_full = fix.map_window_full ? 1 : 0;
+  r.dx_m = fix.correction.x_m;
+  r.dy_m = fix.correction.y_m;
+  r.dyaw_rad = fix.correction.yaw_rad;
+  r.scale = fix.scale;
+  r.rms_m = static_cast<float>(fix.rms_m);
+  r.sigma_xy_m = static_cast<float>(fix.sigma_xy_m);
+  r.sigma_yaw_rad = static_cast<float>(fix.sigma_yaw_rad);
+  r.local_boulders = fix.local_boulders;
+  r.map_boulders = fix.map_boulders;
+  r.pairs = fix.pairs;
+  r.trimmed = fix.trimmed;
+  r.gated = fix.gated;
+  r.iterations = fix.iterations;
+  send(r);
+  for (const LocalBoulder& b : localizer_.local_map()) {
+    const Vec2 p_map_m = localizer_.T_map_site() * b.p_site_m;
+    send(BoulderReport{b.id, p_map_m.x(), p_map_m.y(), b.z_site_m, b.diameter_m, b.spread_m, b.sightings});
+  }
+}
+
+void FlightApp::report_health() {
+  const LocalizerHealth& health = localizer_.health();
+  HealthReport r;
+  r.frames = health.frames;
+  for (int i = 0; i < 10; ++i) r.vo[i] = health.vo[i];
+  for (int i = 0; i < 7; ++i) r.boulders[i] = health.boulders[i];
+  for (int i = 0; i < 12; ++i) r.fixes[i] = health.fixes[i];
+  for (int i = 0; i < cfg::kTasks; ++i) r.overruns[i] = executive_.counts().overruns[i];
+  r.extrapolated = health.extrapolated;
+  r.abandoned_boulders = health.abandoned_boulders;
+  r.dropped_tracks = health.dropped_tracks;
+  r.dropped_pairs = executive_.counts().dropped_pairs;
+  r.bad_priors = health.bad_priors;
+  r.bad_commands = bad_commands_;
+  r.lost_packets = lost_packets_;
+  r.map_status = static_cast<std::uint8_t>(validation_.status());
+  send(r);
+}
+
+template <typename Report>
+void FlightApp::send(const Report& report) {
+  encode(report, sequence_++, packet_);
+  if (!hal::telemetry_send(packet_.data(), packet_.size())) ++lost_packets_;
+}
+
+const FlightApp::Part* FlightApp::parts() {
+  static constexpr Part kTable[kParts] = {
+      {"images", 2 * cfg::kImagePixels},
+      {"visual odometry", sizeof(VisualOdometry)},
+      {"boulder observer", sizeof(BoulderObserver)},
+      {"  of it segmentation", sizeof(SegmentationJob)},
+      {"boulder tracks and local map", sizeof(BoulderTracks) + sizeof(LocalMap)},
+      {"orbital map window", sizeof(MapBoulders)},
+      {"registration", sizeof(IcpJob)},
+      {"whole localizer", sizeof(Localizer)},
+      {"root, all static memory", sizeof(FlightApp)},
+  };
+  return kTable;
+}
+
+}  // namespace cairn::app

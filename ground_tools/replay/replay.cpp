@@ -1,0 +1,155 @@
+#include "replay/replay.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "dataset/image.hpp"
+#include "platform/host/host_hal.hpp"
+#include "replay/status_names.hpp"
+#include "tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+void command(const app::Command& content) {
+  app::Packet packet;
+  app::encode(content, packet);
+  host::feed_telecommand(std::vector<std::uint8_t>(packet.begin(), packet.end()));
+}
+
+/// Sorts telemetry into the replay. The module under test is told apart from the ground only by its packets.
+class Receiver {
+ public:
+  explicit Receiver(Replay& replay) : replay_(replay) {}
+
+  void operator()(const std::uint8_t* bytes, std::size_t size) {
+    app::FrameReport frame;
+    app::FixReport fix;
+    app::BoulderReport boulder;
+    app::AckReport ack;
+    app::HealthReport health;
+    if (app::decode(bytes, size, frame) == app::PacketStatus::kGood) {
+      replay_.frames.push_back({0, frame, 0.0});
+    } else if (app::decode(bytes, size, fix) == app::PacketStatus::kGood) {
+      replay_.fixes.push_back(fix);
+    } else if (app::decode(bytes, size, boulder) == app::PacketStatus::kGood) {
+      replay_.boulders[boulder.id] = boulder;
+    } else if (app::decode(bytes, size, ack) == app::PacketStatus::kGood) {
+      last_ack_ = ack;
+    } else if (app::decode(bytes, size, health) == app::PacketStatus::kGood) {
+      replay_.map_status = health.map_status;
+    }
+  }
+  const app::AckReport& last_ack() const { return last_ack_; }
+
+ private:
+  Replay& replay_;
+  app::AckReport last_ack_;
+};
+
+void run_until_idle(std::uint32_t slice_ops) {
+  while (app::root.cycle(slice_ops) == app::FlightApp::State::kBusy) {
+  }
+}
+
+Pose3 start_pose(const Dataset& dataset, const ReplayOptions& options, const StereoRig& rig) {
+  if (options.T_map_rover) return *options.T_map_rover;
+  if (const auto rover = dataset.truth_rover(options.first_frame)) return *rover;
+  if (const auto cam = dataset.truth_cam(options.first_frame)) return *cam * rig.T_rover_cam.inverse();
+  if (options.map.empty()) return Pose3();
+  throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw", dataset.folder().string());
+}
+
+/// A picture for the camera, or an empty one with a warning.
+host::Picture picture_of(const std::filesystem::path& path, Replay& replay) {
+  if (path.empty()) {
+    ++replay.unreadable_images;
+    return {};
+  }
+  try {
+    Image image = load_grey(path);
+    return {image.width, image.height, std::move(image.pixels)};
+  } catch (const ImageError& error) {
+    ++replay.unreadable_images;
+    replay.warnings.emplace_back(error.what());
+    return {};
+  }
+}
+
+}  // namespace
+
+StereoRig rig_of(const Dataset& dataset) {
+  StereoRig rig = dataset.rig();
+  rig.T_rover_cam = mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
+  return rig;
+}
+
+Replay run_replay(const Dataset& dataset, const ReplayOptions& options, const std::function<void(double)>& progress) {
+  const StereoRig rig = rig_of(dataset);
+  const std::size_t end = std::min(options.end_frame, dataset.frames().size());
+  if (options.first_frame >= end) {
+    throw ToolError("{}: has {} frames; --frames must name a part of 0:{}", dataset.folder().string(),
+                    dataset.frames().size(), dataset.frames().size());
+  }
+  if (rig.width_px > cfg::kImageWidth || rig.height_px > cfg::kImageHeight) {
+    throw ToolError("{}: images of {} x {} are larger than the {} x {} of mission '{}'; build with another MISSION",
+                    dataset.folder().string(), rig.width_px, rig.height_px, cfg::kImageWidth, cfg::kImageHeight,
+                    cfg::kMission.name);
+  }
+  Replay replay;
+  Receiver receiver(replay);
+  host::reset();
+  host::on_telemetry([&](const std::uint8_t* bytes, std::size_t size) { receiver(bytes, size); });
+  if (app::root.init(options.params, rig) != LocalizerStatus::kReady) {
+    throw ToolError("{}: the calibration is not one of a stereo rig; check calib.txt", dataset.folder().string());
+  }
+  app::Command start;
+  start.type = app::CommandType::kSetStart;
+  start.pose = start_pose(dataset, options, rig);
+  start.number[0] = 0.05;
+  start.number[1] = 0.01;
+  command(start);
+  run_until_idle(options.slice_ops);
+  if (receiver.last_ack().status != static_cast<std::uint8_t>(app::CommandStatus::kAccepted)) {
+    throw ToolError("--start: not a pose; give six finite numbers x,y,z,roll,pitch,yaw (metres, degrees)");
+  }
+  app::Command trim;
+  trim.type = app::CommandType::kSetTrim;
+  trim.number[0] = options.trim.scale;
+  trim.number[1] = options.trim.yaw_rad_per_m;
+  command(trim);
+  run_until_idle(options.slice_ops);
+  if (receiver.last_ack().status != static_cast<std::uint8_t>(app::CommandStatus::kAccepted)) {
+    throw ToolError("--degrade: out of range; scale is 0.5 to 2, yaw at most 0.1 rad/m either way");
+  }
+  if (!options.map.empty()) {
+    host::load_map_bank(options.map);
+    command(app::Command{});
+    run_until_idle(options.slice_ops);
+  }
+
+  for (std::size_t i = options.first_frame; i < end; ++i) {
+    const Frame& frame = dataset.frames()[i];
+    host::feed_pair(static_cast<std::uint32_t>(frame.number), static_cast<std::uint64_t>(frame.stamp_s * 1.0e6),
+                    picture_of(frame.left, replay), picture_of(frame.right, replay));
+    const std::size_t before = replay.frames.size();
+    const auto begun = std::chrono::steady_clock::now();
+    run_until_idle(options.slice_ops);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    if (replay.frames.size() > before) {
+      ReplayFrame& done = replay.frames.back();
+      done.index = i;
+      done.seconds = seconds;
+      replay.vo.push_back({frame.stamp_s, done.report.T_map_cam_vo});
+      replay.corrected.push_back({frame.stamp_s, done.report.T_map_cam});
+      if (const auto truth = dataset.truth_cam(i)) replay.truth.push_back({frame.stamp_s, *truth});
+    }
+    if (progress) progress(static_cast<double>(i + 1 - options.first_frame) / static_cast<double>(end - options.first_frame));
+  }
+  replay.health = app::root.localizer().health();
+  replay.executive = app::root.executive().counts();
+  return replay;
+}
+
+}  // namespace cairn::ground

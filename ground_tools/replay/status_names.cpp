@@ -1,0 +1,51 @@
+#include "replay/status_names.hpp"
+
+#include <cstddef>
+
+namespace cairn::ground {
+namespace {
+
+template <std::size_t N>
+std::string pick(const char* const (&names)[N], std::uint8_t value) {
+  return value < N ? names[value] : "unknown" + std::to_string(value);
+}
+
+}  // namespace
+
+std::string pose_source_name(std::uint8_t value) {
+  static const char* const names[] = {"none", "start", "vo", "held", "extrapolated"};
+  return pick(names, value);
+}
+
+std::string vo_status_name(std::uint8_t value) {
+  static const char* const names[] = {"idle",       "running",     "first_frame",  "motion",       "bad_image",
+                                      "few_features", "few_stereo", "few_matches", "no_consensus", "implausible"};
+  return pick(names, value);
+}
+
+std::string observe_status_name(std::uint8_t value) {
+  static const char* const names[] = {"idle",       "running",   "boulders", "no_boulders",
+                                      "no_regions", "no_points", "bad_input"};
+  return pick(names, value);
+}
+
+std::string fix_status_name(std::uint8_t value) {
+  static const char* const names[] = {"none",          "running",        "applied",         "no_map",
+                                      "no_map_boulders", "no_local_boulders", "too_few_pairs", "weak_geometry",
+                                      "iteration_limit", "beyond_limit",  "bad_input",       "late"};
+  return pick(names, value);
+}
+
+std::string map_status_name(std::uint8_t value) {
+  static const char* const names[] = {"none",       "checking",    "usable",     "no_map",      "truncated",
+                                      "bad_magic",  "unknown_version", "header_crc", "bad_header", "payload_crc",
+                                      "bad_directory", "bad_boulder", "no_boulders"};
+  return pick(names, value);
+}
+
+std::string task_name(std::uint8_t value) {
+  static const char* const names[] = {"vo", "boulders", "fix_begin", "fix", "fix_apply"};
+  return pick(names, value);
+}
+
+}  // namespace cairn::ground

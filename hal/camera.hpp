@@ -1,0 +1,29 @@
+/// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images. Implemented by platform/<target>.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace cairn::hal {
+
+/// Where the app wants the images: packed rows, `capacity` bytes for each side.
+struct StereoBuffer {
+  std::uint8_t* left;
+  std::uint8_t* right;
+  std::size_t capacity;
+};
+
+/// What came. A side that is missing, or larger than the buffer and so not copied, has width 0.
+struct StereoInfo {
+  std::uint32_t number = 0;         ///< of the pair, rising; gaps are dropped pairs
+  std::uint64_t t_capture_us = 0;
+  int left_width = 0;
+  int left_height = 0;
+  int right_width = 0;
+  int right_height = 0;
+};
+
+/// Takes the next pair where there is one. False: none yet; the buffer is untouched.
+[[nodiscard]] bool camera_take(const StereoBuffer& buffer, StereoInfo& info);
+
+}  // namespace cairn::hal
