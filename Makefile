@@ -54,6 +54,10 @@ SUPPORT_LIB  := $(B)/libsupport.a
 CAIRN        := $(B)/cairn
 TESTS        := $(patsubst unit_tests/%.cpp,$(B)/tests/%,$(TEST_SRC))
 
+SAMPLE       := unit_tests/integration/sample
+DATASET      ?= $(SAMPLE)
+DEMO         := build/demo
+
 GDAL_LIBS    := -lgdal
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
 OPENCV_INC   := -isystem /usr/include/opencv4
@@ -81,6 +85,30 @@ endef
 help: ## list every goal
 	@awk 'BEGIN {FS = ":.*## "} /^##@/ {printf "\n%s\n", substr($$0, 5)} /^[a-z][a-z_-]*:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 	@printf '\nSettings\n  TARGET=%s   MISSION=%s\n  SAN=1 (sanitizers)\n' '$(notdir $(patsubst %/,%,$(sort $(dir $(wildcard platform/*/toolchain.mk)))))' '$(MISSIONS)'
+
+demo: ## prepare a map of the sample's ground, replay its drive, print the errors and draw them
+	@$(MAKE) --no-print-directory deps-build
+	@printf 'Building the flight module and the ground tool\n'
+	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
+	@mkdir -p $(DEMO)
+	@printf '\nPreparing the orbital map from %s\n' '$(SAMPLE)/ortho_5mm.tif'
+	@$(CAIRN) map build $(SAMPLE)/ortho_5mm.tif -o $(DEMO)/site.cmap --csv $(DEMO)/orbital.csv
+	@printf '\nReplaying %s, VO as it is\n' '$(SAMPLE)'
+	@$(CAIRN) run --dataset $(SAMPLE) --map $(DEMO)/site.cmap --ortho $(SAMPLE)/ortho_5mm.tif -o $(DEMO)/as_it_is
+	@printf '\nThe same with VO made worse on purpose (2 %% and 0.1 degrees a metre)\n'
+	@$(CAIRN) run --dataset $(SAMPLE) --map $(DEMO)/site.cmap --ortho $(SAMPLE)/ortho_5mm.tif -o $(DEMO)/degraded \
+	  --degrade scale=1.02,yaw=0.1deg/m
+	@printf '\nLook at %s and %s\n' '$(DEMO)/as_it_is/plot.svg' '$(DEMO)/degraded/plot.svg'
+
+bench: ## time and operations of a frame on this machine (DATASET=folder, default the sample)
+	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
+	@$(CAIRN) bench --dataset $(DATASET)
+
+size: ## static memory by part, and code and constants of the flight library
+	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
+	@$(CAIRN) size
+	@printf 'Code and constants of the flight library (text), bytes\n'
+	@$(SIZE) -t $(FSW_LIB) | awk 'NR == 1 || /TOTALS/'
 
 all: $(FSW_LIB) $(CAIRN) ## build the flight library and the ground tool (build/<target>/)
 
@@ -208,6 +236,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help all lib clean test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
+.PHONY: help all lib clean demo bench size test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
 .SECONDARY:
 .DELETE_ON_ERROR:

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   cairn::ground::add_map_commands(app);
   cairn::ground::add_run_command(app);
+  cairn::ground::add_bench_commands(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version

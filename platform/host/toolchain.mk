@@ -4,3 +4,4 @@ AR  := ar
 NM  := nm
 CPU :=
 OPT := -O3
+SIZE := size
