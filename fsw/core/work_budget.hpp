@@ -4,8 +4,8 @@
 /// A job splits its work into units (a row, a feature, an iteration) of bounded cost and asks before each
 /// one.
 ///
-/// Smallest budget that makes progress: any. The first unit asked of a budget is always granted, so a step
-/// overspends by at most one unit; `spent()` says by how much.
+/// Smallest budget that makes progress: 1 (0 grants nothing). The first unit asked of a budget is always
+/// granted, so a step overspends by at most one unit; `spent()` says by how much.
 #pragma once
 
 #include <cstdint>

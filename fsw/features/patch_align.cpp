@@ -34,8 +34,9 @@ constexpr float kMinEigen =
 /// Bilinear samples of the warped patch; false where one lies outside.
 bool sample(const SmoothImage& image, float u, float v, const float (&warp)[4], float (&out)[kPatchSamples]) {
   constexpr auto r = static_cast<float>(kPatchRadius);
-  const float reach_u = r * (std::fabs(warp[0]) + std::fabs(warp[1]));
-  const float reach_v = r * (std::fabs(warp[2]) + std::fabs(warp[3]));
+  constexpr float kRounding = 0.01F;  // the sums below may round beyond the reach: never onto the last column
+  const float reach_u = r * (std::fabs(warp[0]) + std::fabs(warp[1])) + kRounding;
+  const float reach_v = r * (std::fabs(warp[2]) + std::fabs(warp[3])) + kRounding;
   if (!(u - reach_u >= 0.0F && v - reach_v >= 0.0F && u + reach_u < static_cast<float>(image.width - 1) &&
         v + reach_v < static_cast<float>(image.height - 1))) {
     return false;

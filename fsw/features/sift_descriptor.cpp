@@ -61,7 +61,7 @@ void vote_row(const SmoothImage& image, int iu, int y, RowHistogram& row) {
     const float t = small / (large + 1.0e-6F);
     const float t2 = t * t;
     magnitude[i] = large * (1.0F + t2 * (0.4714F - 0.0572F * t2)) * kWeights.window[i];
-    float octant = t * (1.2732395F - 0.2732395F * t);  // angle / (pi / 4), 0 to 1
+    float octant = t * (1.3476F - 0.3476F * t);  // angle / (pi / 4), 0 to 1
     octant = ay > ax ? 2.0F - octant : octant;
     octant = gx < 0.0F ? 4.0F - octant : octant;
     bin[i] = gy < 0.0F ? 8.0F - octant : octant;

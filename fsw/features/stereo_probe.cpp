@@ -41,7 +41,8 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
   probes_.clear();
   const bool sizes = left.data != nullptr && right.data != nullptr && left.width == right.width &&
                      left.height == right.height && left.width >= 64 && left.height >= 64 &&
-                     left.width <= cfg::kImageWidth && left.height <= cfg::kImageHeight;
+                     left.width <= cfg::kImageWidth && left.height <= cfg::kImageHeight &&
+                     left.stride >= left.width && right.stride >= right.width;
   const bool ranges = params.min_disparity_px >= 1 && params.max_disparity_px > params.min_disparity_px &&
                       params.max_disparity_px < cfg::kImageWidth && params.below >= 0.0 &&
                       params.above >= 0.0;
@@ -101,7 +102,7 @@ void StereoProbeJob::probe(int u, int v, const Range& range) {
     if (apart && sums[d - range.low] < rival) rival = sums[d - range.low];
   }
   const std::uint32_t s0 = sums[best - range.low];
-  if (rival != UINT32_MAX && static_cast<double>(s0) > params_.uniqueness * static_cast<double>(rival))
+  if (rival != UINT32_MAX && static_cast<double>(s0) >= params_.uniqueness * static_cast<double>(rival))
     return;
   const auto before = static_cast<float>(sums[best - 1 - range.low]);
   const auto after = static_cast<float>(sums[best + 1 - range.low]);

@@ -26,13 +26,12 @@ struct StereoProbeParams {
   double below = 0.2;        ///< search range: disparity of the plane times (1 - below) - 2 px ...
   double above = 0.6;        ///< ... to times (1 + above) + 2 px
   int min_texture = 160;     ///< sum of horizontal grey differences in the window
-  double uniqueness = 0.85;  ///< best difference at most this share of the best one elsewhere
+  double uniqueness = 0.85;  ///< best difference below this share of the best one elsewhere
 };
 
 struct StereoProbe {
-  std::int16_t u =
-      0;  ///< pixel of the left image at the window's centre (between its 4th and 5th sample: u + 0.5)
-  std::int16_t v = 0;
+  std::int16_t u = 0;  ///< 5th of the window's 8 columns in the left image: its centre is at u - 0.5 ...
+  std::int16_t v = 0;  ///< ... and v - 0.5
   float d_px = 0.0F;
 };
 

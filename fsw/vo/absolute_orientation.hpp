@@ -1,7 +1,7 @@
 /// Absolute orientation: the rigid motion that carries one set of 3D points onto another, by unit quaternions
 /// (Horn 1987; METHOD section A).
 ///
-/// Minimises sum w_i |to_i - (R from_i + t)|^2: the rotation is the eigenvector of the largest eigenvalue of
+/// Minimises sum |to_i - (R from_i + t)|^2: the rotation is the eigenvector of the largest eigenvalue of
 /// Horn's 4x4 matrix, found by cyclic Jacobi rotations (Eigen's solver of that size allocates).
 #pragma once
 
@@ -14,7 +14,7 @@ namespace cairn {
 enum class [[nodiscard]] OrientationStatus : std::uint8_t{
     kSolved,
     kTooFewPoints,  ///< fewer than three
-    kDegenerate,    ///< points on a line, or all in one place: the rotation is not determined
+    kDegenerate,    ///< points on a line, in one place or not finite: the rotation is not determined
 };
 
 /// Points `from[i]` and `to[i]`, i < count, same units. Writes T_to_from.

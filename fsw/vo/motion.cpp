@@ -12,7 +12,8 @@ constexpr double kMinDepth = 0.05;
 bool usable(const MotionPairs& pairs) {
   for (const MotionPair& p : pairs) {
     const bool finite = std::isfinite(p.p_ref_m.squaredNorm()) && std::isfinite(p.seen.u_left) &&
-                        std::isfinite(p.seen.v_left) && std::isfinite(p.seen.u_right);
+                        std::isfinite(p.seen.v_left) && std::isfinite(p.seen.u_right) &&
+                        std::isfinite(p.d_ref_px);
     if (!finite || !(p.p_ref_m.z() > kMinDepth) || !(p.d_ref_px > 0.0) || !(p.seen.disparity_px() > 0.0))
       return false;
   }

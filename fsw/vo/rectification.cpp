@@ -17,8 +17,8 @@ Model model_at(const StereoRig& rig, const StereoPixel& px) {
   const double v = px.v_right - rig.cy_px;
   const double d = px.disparity_px();
   Model m;
-  m.vertical << f + v * v / f, 0.0 * u * v / f, -u, -d, -v * d / f;
-  m.horizontal << u * v / f, 0.0 * (f + u * u / f), v, 0.0, -u * d / f;
+  m.vertical << f + v * v / f, -u, -d, v * d / f;
+  m.horizontal << u * v / f, v, 0.0, u * d / f;
   return m;
 }
 
@@ -44,8 +44,8 @@ void RectificationEstimator::observe(const StereoPixel& measured) {
 
 void RectificationEstimator::end_frame() {
   if (!params_.enabled) return;
-  const Matrix5 prior = Matrix5::Identity() * (1.0 / (params_.prior_sigma_rad * params_.prior_sigma_rad));
-  const Eigen::LDLT<Matrix5> ldlt(information_ + prior);
+  const Matrix4 prior = Matrix4::Identity() * (1.0 / (params_.prior_sigma_rad * params_.prior_sigma_rad));
+  const Eigen::LDLT<Matrix4> ldlt(information_ + prior);
   angles_ = ldlt.solve(evidence_);
   const double keep = 1.0 - 1.0 / params_.memory_frames;
   information_ *= keep;

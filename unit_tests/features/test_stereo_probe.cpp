@@ -1,0 +1,245 @@
+// Disparities on a grid: a slanted plane with a box on it, what has no answer, bad input, slices.
+#include "features/stereo_probe.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "support/cmocka.hpp"
+#include "support/slices.hpp"
+#include "support/waves.hpp"
+
+using namespace cairn;
+
+namespace {
+
+constexpr int kWidth = 256;
+constexpr int kHeight = 160;
+std::uint8_t left_pixels[kWidth * kHeight];
+std::uint8_t right_pixels[kWidth * kHeight];
+const ImageU8 kLeft = packed_view<const std::uint8_t>(left_pixels, kWidth, kHeight);
+const ImageU8 kRight = packed_view<const std::uint8_t>(right_pixels, kWidth, kHeight);
+StereoProbeJob job;
+StereoProbeJob sliced;
+
+const Vec3 kPlane(0.04, 0.12, 12.0);
+constexpr int kBox[4] = {120, 180, 60, 110};  // u0, u1, v0, v1
+constexpr double kBoxAbove = 7.0;
+
+bool in_box(double u, double v, double margin) {
+  return u >= kBox[0] - margin && u < kBox[1] + margin && v >= kBox[2] - margin && v < kBox[3] + margin;
+}
+double plane_at(double u, double v) { return kPlane[0] * u + kPlane[1] * v + kPlane[2]; }
+
+std::uint8_t byte(double grey) {
+  return static_cast<std::uint8_t>(grey < 0.0 ? 0.0 : (grey > 255.0 ? 255.0 : grey + 0.5));
+}
+
+/// The right image is the texture itself; the left one looks it up at its disparity.
+void fill_scene(double noise, bool box) {
+  const test::Waves waves(7, 5.0, 40.0, 35.0);
+  Random random(5);
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const double d = plane_at(u, v) + (box && in_box(u, v, 0.0) ? kBoxAbove : 0.0);
+      left_pixels[v * kWidth + u] = byte(120.0 + waves.at(u - d, v) + noise * test::normal(random));
+      right_pixels[v * kWidth + u] = byte(120.0 + waves.at(u, v) + noise * test::normal(random));
+    }
+  }
+}
+
+void run(const StereoProbeParams& params = {}, const Vec3& plane = kPlane) {
+  assert_status(job.start(params, kLeft, kRight, plane), ProbeStatus::kRunning);
+  assert_true(test::run_whole(job));
+  assert_status(job.status(), ProbeStatus::kDone);
+}
+
+void test_plane_and_box(void**) {
+  fill_scene(1.5, true);
+  run();
+  int ground = 0;
+  int on_box = 0;
+  int good = 0;
+  double sum = 0.0;
+  for (const StereoProbe& p : job.result()) {
+    const double u = p.u - 0.5;  // the window's centre
+    const double v = p.v - 0.5;
+    const bool inside = in_box(u, v, -8.0);
+    if (!inside && in_box(u, v, 30.0)) continue;  // its rim, and what it hides
+    const double e = static_cast<double>(p.d_px) - plane_at(u, v) - (inside ? kBoxAbove : 0.0);
+    (inside ? on_box : ground) += 1;
+    if (std::fabs(e) > 0.5) continue;
+    ++good;
+    sum += e;
+  }
+  print_message("%d probes on the ground, %d on the box, %d of them within 0.5 px, mean error %.4f px\n",
+                ground, on_box, good, sum / good);
+  assert_true(ground > 500);
+  assert_true(on_box > 40);
+  assert_at_least(good, 0.98 * (ground + on_box));
+  assert_near(sum / good, 0.0, 0.02);
+}
+
+void test_position_is_the_windows_centre(void**) {
+  // On a plane that is steep in u, half a pixel to the side shows.
+  const Vec3 steep(0.25, 0.0, 5.0);
+  const test::Waves waves(7, 8.0, 40.0, 35.0);
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      left_pixels[v * kWidth + u] = byte(120.0 + waves.at(u - steep[0] * u - steep[2], v));
+      right_pixels[v * kWidth + u] = byte(120.0 + waves.at(u, v));
+    }
+  }
+  StereoProbeParams params;
+  params.min_disparity_px = 1;
+  run(params, steep);
+  double sum = 0.0;
+  int count = 0;
+  for (const StereoProbe& p : job.result()) {
+    const double e = static_cast<double>(p.d_px) - (steep[0] * (p.u - 0.5) + steep[2]);
+    if (std::fabs(e) > 1.0) continue;
+    sum += e;
+    ++count;
+  }
+  print_message("steep plane: mean error %.4f px of %d probes\n", sum / count, count);
+  assert_true(count > 200);
+  assert_near(sum / count, 0.0, 0.06);
+}
+
+void test_order_and_grid(void**) {
+  fill_scene(0.0, false);
+  run();
+  int last = -1;
+  for (const StereoProbe& p : job.result()) {
+    assert_int_equal((p.u - 4) % StereoProbeJob::kSpacing, 0);
+    assert_int_equal((p.v - 4) % StereoProbeJob::kSpacing, 0);
+    assert_true(p.u + 4 <= kWidth && p.v + 4 <= kHeight);
+    const int at = p.v * kWidth + p.u;
+    assert_true(at > last);
+    last = at;
+  }
+}
+
+void test_no_texture_no_probe(void**) {
+  std::memset(left_pixels, 100, sizeof left_pixels);
+  std::memset(right_pixels, 100, sizeof right_pixels);
+  run();
+  assert_int_equal(job.result().size(), 0);
+  for (int i = 0; i < kWidth * kHeight; ++i)
+    left_pixels[i] = right_pixels[i] = (i / kWidth) % 2 == 0 ? 60 : 200;
+  run();  // texture that runs along the rows tells nothing
+  assert_int_equal(job.result().size(), 0);
+}
+
+void test_repeated_texture_is_left_out(void**) {
+  for (int i = 0; i < kWidth * kHeight; ++i) {
+    left_pixels[i] = right_pixels[i] = byte(120.0 + 80.0 * std::sin((i % kWidth) * 2.0 * kPi / 6.0));
+  }
+  run({}, Vec3(0.0, 0.0, 30.0));  // searched from 22 to 50 px: more than one period, but for the left rim
+  for (const StereoProbe& p : job.result()) assert_true(p.u < 54);
+}
+
+void test_minimum_at_the_end_of_the_range_is_left_out(void**) {
+  fill_scene(0.0, false);
+  StereoProbeParams params;
+  params.above = 0.0;
+  params.below = 0.0;
+  run(params, kPlane + Vec3(0.0, 0.0, 8.0));  // searched from 6 to 10 px nearer than it is
+  int right_ones = 0;
+  for (const StereoProbe& p : job.result()) {
+    right_ones += std::fabs(static_cast<double>(p.d_px) - plane_at(p.u, p.v)) < 5.0 ? 1 : 0;
+  }
+  assert_int_equal(right_ones, 0);
+  run(params);
+  assert_true(job.result().size() > 800);
+}
+
+void test_disparity_limits(void**) {
+  fill_scene(0.0, false);
+  StereoProbeParams params;
+  params.min_disparity_px = 20;
+  params.max_disparity_px = 30;
+  run(params);
+  assert_true(job.result().size() > 100);
+  for (const StereoProbe& p : job.result()) {
+    assert_true(p.d_px > 19.0F && p.d_px < 31.0F);
+  }
+  run(params, Vec3(0.0, 0.0, 1000.0));  // ground nearer than the limit: nothing to search
+  assert_int_equal(job.result().size(), 0);
+  run(params, Vec3(0.0, 0.0, -1000.0));
+  assert_int_equal(job.result().size(), 0);
+  run(params, Vec3(1e150, -1e150, 0.0));
+}
+
+void test_bad_input(void**) {
+  fill_scene(0.0, false);
+  static StereoProbeJob fresh;
+  assert_status(fresh.status(), ProbeStatus::kIdle);
+  assert_true(test::run_whole(fresh));
+  const ImageU8 bad[] = {{},
+                         {nullptr, kWidth, kHeight, kWidth},
+                         {left_pixels, kWidth - 2, kHeight, kWidth},
+                         {left_pixels, kWidth, kHeight - 2, kWidth},
+                         {left_pixels, kWidth, kHeight, kWidth - 1}};
+  for (const ImageU8& image : bad) {
+    assert_status(job.start({}, image, kRight, kPlane), ProbeStatus::kBadInput);
+    assert_status(job.start({}, kLeft, image, kPlane), ProbeStatus::kBadInput);
+    assert_true(test::run_whole(job));
+    assert_status(job.status(), ProbeStatus::kBadInput);
+    assert_int_equal(job.result().size(), 0);
+  }
+  const ImageU8 small = {left_pixels, 63, 64, kWidth};
+  assert_status(job.start({}, small, small, kPlane), ProbeStatus::kBadInput);
+  const ImageU8 large = {left_pixels, cfg::kImageWidth + 2, 64, cfg::kImageWidth + 2};
+  assert_status(job.start({}, large, large, kPlane), ProbeStatus::kBadInput);
+  for (const double v : {static_cast<double>(NAN), std::numeric_limits<double>::infinity(), 1e200}) {
+    for (int k = 0; k < 3; ++k) {
+      Vec3 plane = kPlane;
+      plane[k] = v;
+      assert_status(job.start({}, kLeft, kRight, plane), ProbeStatus::kBadInput);
+    }
+  }
+  StereoProbeParams params;
+  const auto refused = [&] {
+    const bool no = job.start(params, kLeft, kRight, kPlane) == ProbeStatus::kBadInput;
+    params = {};
+    return no;
+  };
+  params.min_disparity_px = 0;
+  assert_true(refused());
+  params.max_disparity_px = params.min_disparity_px;
+  assert_true(refused());
+  params.max_disparity_px = cfg::kImageWidth;
+  assert_true(refused());
+  params.below = -0.1;
+  assert_true(refused());
+  params.above = NAN;
+  assert_true(refused());
+  assert_false(refused());
+}
+
+void test_slices_give_the_same_probes(void**) {
+  fill_scene(2.0, true);
+  run();
+  assert_status(sliced.start({}, kLeft, kRight, kPlane), ProbeStatus::kRunning);
+  assert_true(test::run_in_slices(sliced) > 20);
+  assert_int_equal(sliced.result().size(), job.result().size());
+  assert_memory_equal(sliced.result().data(), job.result().data(), job.result().size() * sizeof(StereoProbe));
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_plane_and_box),
+      cmocka_unit_test(test_position_is_the_windows_centre),
+      cmocka_unit_test(test_order_and_grid),
+      cmocka_unit_test(test_no_texture_no_probe),
+      cmocka_unit_test(test_repeated_texture_is_left_out),
+      cmocka_unit_test(test_minimum_at_the_end_of_the_range_is_left_out),
+      cmocka_unit_test(test_disparity_limits),
+      cmocka_unit_test(test_bad_input),
+      cmocka_unit_test(test_slices_give_the_same_probes),
+  };
+  return cmocka_run_group_tests_name("stereo_probe", tests, nullptr, nullptr);
+}

@@ -1,0 +1,429 @@
+// Visual odometry over a textured plane whose pictures and exact motion the test makes itself: accuracy, each
+// status and what comes after it, priors, the paper's variant, slices.
+#include "localizer/visual_odometry.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "support/cmocka.hpp"
+#include "support/noise.hpp"
+#include "support/plane_scene.hpp"
+#include "support/slices.hpp"
+
+using namespace cairn;
+
+namespace {
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 240;
+constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
+constexpr int kFrames = 8;
+
+StereoRig small_rig() {
+  StereoRig rig;
+  rig.width_px = kWidth;
+  rig.height_px = kHeight;
+  rig.fx_px = rig.fy_px = 246.4;
+  rig.cx_px = 159.5;
+  rig.cy_px = 119.5;
+  rig.baseline_m = 0.12;
+  rig.T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, 0.12);
+  return rig;
+}
+
+const StereoRig kRig = small_rig();
+test::PlaneScene scene;
+test::PlaneScene other_scene;
+std::uint8_t left_pixels[kFrames][kPixels];
+std::uint8_t right_pixels[kFrames][kPixels];
+std::uint8_t elsewhere[2][kPixels];
+std::uint8_t scratch[2][kPixels];
+Pose3 T_world_cam[kFrames];
+VisualOdometry vo;
+VisualOdometry sliced;
+
+ImageU8 view(const std::uint8_t* pixels) { return packed_view(pixels, kWidth, kHeight); }
+
+/// A drive of 0.06 m a frame that turns, pitches and rolls.
+Pose3 rover_pose(int k) {
+  return {quat_from_attitude({0.03 * k, 0.01 * std::sin(1.3 * k), 0.012 * std::sin(0.9 * k)}),
+          Vec3(0.06 * k, 0.001 * k * k, 0.003 * std::sin(0.8 * k))};
+}
+
+int render_all(void**) {
+  scene.make(5);
+  other_scene.make(77);
+  Random random(1);
+  for (int k = 0; k < kFrames; ++k) {
+    T_world_cam[k] = rover_pose(k) * kRig.T_rover_cam;
+    scene.render(kRig, T_world_cam[k], false, 1.5, random, left_pixels[k]);
+    scene.render(kRig, T_world_cam[k], true, 1.5, random, right_pixels[k]);
+  }
+  other_scene.render(kRig, T_world_cam[1], false, 1.5, random, elsewhere[0]);
+  other_scene.render(kRig, T_world_cam[1], true, 1.5, random, elsewhere[1]);
+  return 0;
+}
+
+VoStatus run(VisualOdometry& v, const ImageU8& left, const ImageU8& right, const Pose3* prior = nullptr) {
+  const VoStatus started = v.start(left, right, prior);
+  if (started == VoStatus::kRunning) assert_true(test::run_whole(v));
+  return v.status();
+}
+
+VoStatus run(int k, const Pose3* prior = nullptr) {
+  return run(vo, view(left_pixels[k]), view(right_pixels[k]), prior);
+}
+
+Pose3 true_step(int from, int to) { return T_world_cam[from].inverse() * T_world_cam[to]; }
+
+struct StepError {
+  double rotation_rad, translation_m;
+};
+
+StepError error_of(const Pose3& step, int from, int to) {
+  const Pose3 off = step.inverse() * true_step(from, to);
+  return {quat_log(off.q).norm(), off.t.norm()};
+}
+
+void assert_good_step(int from, int to) {
+  const StepError e = error_of(vo.result().T_prev_cur, from, to);
+  assert_at_most(e.rotation_rad, 0.0015);
+  assert_at_most(e.translation_m, 0.0015);
+}
+
+void begin(const VoParams& params = {}) {
+  assert_true(vo.init(params, kRig));
+  assert_status(run(0), VoStatus::kFirstFrame);
+}
+
+/// Root mean square errors over the drive.
+StepError drive(const VoParams& params) {
+  begin(params);
+  StepError sum = {};
+  for (int k = 1; k < kFrames; ++k) {
+    assert_status(run(k), VoStatus::kMotion);
+    const StepError e = error_of(vo.result().T_prev_cur, k - 1, k);
+    sum.rotation_rad += e.rotation_rad * e.rotation_rad / (kFrames - 1);
+    sum.translation_m += e.translation_m * e.translation_m / (kFrames - 1);
+  }
+  return {std::sqrt(sum.rotation_rad), std::sqrt(sum.translation_m)};
+}
+
+void test_first_frame(void**) {
+  assert_true(vo.init({}, kRig));
+  assert_status(vo.status(), VoStatus::kIdle);
+  assert_status(run(0), VoStatus::kFirstFrame);
+  const VoResult& r = vo.result();
+  assert_near(r.T_prev_cur.t.norm() + quat_log(r.T_prev_cur.q).norm(), 0.0, 0.0);
+  assert_true(r.reference_renewed);
+  assert_true(r.features_left > 200 && r.features_right > 200 && r.stereo > 100);
+}
+
+void test_motion_is_recovered(void**) {
+  const StepError e = drive({});
+  const VoResult& r = vo.result();
+  print_message(
+      "rms of a step: %.5f rad, %.5f m; last: %d features, %d stereo, %d matches, %d inliers, %.3f px\n",
+      e.rotation_rad, e.translation_m, r.features_left, r.stereo, r.matches, r.inliers, r.rms_px);
+  assert_at_most(e.rotation_rad, 0.0006);
+  assert_at_most(e.translation_m, 0.0006);
+  assert_true(r.inliers <= r.stereo && r.inliers > 80);
+  assert_at_most(r.rms_px, 0.3);
+}
+
+void test_ground_plane(void**) {
+  // Disparity of level ground: d = b (n . ray f) / h, with n the ground's normal in the camera.
+  begin();
+  const Vec3 n = T_world_cam[0].q.conjugate() * Vec3(0.0, 0.0, -1.0);
+  const double h = T_world_cam[0].t.z();
+  const double c = kRig.baseline_m / h;
+  const Vec3& plane = vo.disparity_plane();
+  for (const auto& at : {Vec2(40.0, 200.0), Vec2(160.0, 120.0), Vec2(280.0, 60.0)}) {
+    const double expected =
+        c * (n.x() * (at.x() - kRig.cx_px) + n.y() * (at.y() - kRig.cy_px) + n.z() * kRig.fx_px);
+    assert_near(plane[0] * at.x() + plane[1] * at.y() + plane[2], expected, 0.3);
+  }
+}
+
+void test_covariance_is_of_the_right_size(void**) {
+  // Of the step, as a perturbation in the current camera: T_true = T (exp(w), t).
+  begin();
+  double sum = 0.0;
+  for (int k = 1; k < kFrames; ++k) {
+    assert_status(run(k), VoStatus::kMotion);
+    const Mat6& C = vo.result().covariance;
+    const Pose3 off = vo.result().T_prev_cur.inverse() * true_step(k - 1, k);
+    Vec6 e;
+    e.head<3>() = quat_log(off.q);
+    e.tail<3>() = off.t;
+    const Eigen::LDLT<Mat6> ldlt(C);
+    sum += e.dot(ldlt.solve(e));
+    for (int i = 0; i < 6; ++i) assert_true(C(i, i) > 1e-12 && C(i, i) < 1e-5);
+  }
+  print_message("mean NEES of %d steps: %.1f (6 is exact)\n", kFrames - 1, sum / (kFrames - 1));
+  assert_at_most(sum / (kFrames - 1), 30.0);
+}
+
+void test_reference_of_several_frames(void**) {
+  VoParams params;
+  params.max_reference_age = 3;
+  begin(params);
+  int renewed = 0;
+  Pose3 sum;
+  for (int k = 1; k < kFrames; ++k) {
+    assert_status(run(k), VoStatus::kMotion);
+    assert_good_step(k - 1, k);
+    renewed += vo.result().reference_renewed ? 1 : 0;
+    sum = sum * vo.result().T_prev_cur;
+  }
+  assert_in_range(renewed, 2, 4);
+  const StepError e = error_of(sum, 0, kFrames - 1);
+  assert_at_most(e.rotation_rad, 0.003);
+  assert_at_most(e.translation_m, 0.003);
+}
+
+void test_standing_still(void**) {
+  begin();
+  Random random(9);
+  scene.render(kRig, T_world_cam[0], false, 1.5, random, scratch[0]);
+  scene.render(kRig, T_world_cam[0], true, 1.5, random, scratch[1]);
+  assert_status(run(vo, view(scratch[0]), view(scratch[1])), VoStatus::kMotion);
+  assert_at_most(vo.result().T_prev_cur.t.norm(), 0.001);
+  assert_at_most(quat_log(vo.result().T_prev_cur.q).norm(), 0.001);
+}
+
+void test_paper_exact_is_less_accurate(void**) {
+  VoParams paper;
+  paper.paper_exact = true;
+  const StepError rough = drive(paper);
+  const StepError fine = drive({});
+  print_message("rms of a step, paper's variant: %.5f rad, %.5f m\n", rough.rotation_rad,
+                rough.translation_m);
+  assert_at_most(rough.rotation_rad, 0.03);
+  assert_at_most(rough.translation_m, 0.03);
+  assert_true(rough.translation_m > 3.0 * fine.translation_m);
+  assert_true(rough.rotation_rad > 3.0 * fine.rotation_rad);
+}
+
+/// After a frame without motion that leaves the reference: the next good frame is measured from the last good
+/// one.
+void assert_reference_stayed() {
+  assert_status(run(2), VoStatus::kMotion);
+  assert_good_step(0, 2);
+}
+
+void test_bad_images(void**) {
+  const ImageU8 good = view(left_pixels[1]);
+  const ImageU8 bad[] = {{},
+                         {nullptr, kWidth, kHeight, kWidth},
+                         {left_pixels[1], kWidth - 1, kHeight, kWidth},
+                         {left_pixels[1], kWidth, kHeight - 1, kWidth},
+                         {left_pixels[1], kWidth, kHeight, kWidth - 1}};
+  for (const ImageU8& image : bad) {
+    begin();
+    assert_status(run(vo, image, good), VoStatus::kBadImage);
+    assert_status(run(vo, good, image), VoStatus::kBadImage);
+    assert_near(vo.result().T_prev_cur.t.norm(), 0.0, 0.0);
+    assert_reference_stayed();
+  }
+}
+
+void test_images_without_features(void**) {
+  for (const int grey : {0, 255}) {  // black, saturated
+    begin();
+    std::memset(scratch, grey, sizeof scratch);
+    assert_status(run(vo, view(scratch[0]), view(scratch[1])), VoStatus::kFewFeatures);
+    assert_status(run(vo, view(left_pixels[1]), view(scratch[1])), VoStatus::kFewFeatures);
+    assert_status(run(vo, view(scratch[0]), view(right_pixels[1])), VoStatus::kFewFeatures);
+    assert_reference_stayed();
+  }
+}
+
+void test_left_and_right_swapped(void**) {
+  begin();
+  assert_status(run(vo, view(right_pixels[1]), view(left_pixels[1])), VoStatus::kFewStereo);
+  assert_reference_stayed();
+}
+
+void test_noise_only(void**) {
+  begin();
+  Random random(3);
+  for (auto& image : scratch) {
+    for (std::uint8_t& p : image) p = static_cast<std::uint8_t>(random.below(256));
+  }
+  assert_status(run(vo, view(scratch[0]), view(scratch[1])), VoStatus::kFewStereo);
+  assert_reference_stayed();
+}
+
+void test_bad_first_frames(void**) {
+  assert_true(vo.init({}, kRig));
+  assert_status(run(vo, {}, {}), VoStatus::kBadImage);
+  std::memset(scratch, 0, sizeof scratch);
+  assert_status(run(vo, view(scratch[0]), view(scratch[1])), VoStatus::kFewFeatures);
+  assert_status(run(vo, view(right_pixels[0]), view(left_pixels[0])), VoStatus::kFewStereo);
+  assert_status(run(0), VoStatus::kFirstFrame);
+  assert_status(run(1), VoStatus::kMotion);
+  assert_good_step(0, 1);
+}
+
+/// After a frame without motion that becomes the reference.
+void assert_reference_moved_on() {
+  assert_true(vo.result().reference_renewed);
+  assert_near(vo.result().T_prev_cur.t.norm(), 0.0, 0.0);
+}
+
+/// The frame of another place has nothing to do with the reference: it becomes the next one, and so does the
+/// frame after.
+void another_place(const VoParams& params, VoStatus status) {
+  begin(params);
+  assert_status(run(1), VoStatus::kMotion);
+  assert_status(run(vo, view(elsewhere[0]), view(elsewhere[1])), status);
+  assert_reference_moved_on();
+  assert_status(run(2), status);
+  assert_reference_moved_on();
+  assert_status(run(3), VoStatus::kMotion);
+  assert_good_step(2, 3);
+}
+
+void test_another_place(void**) {
+  another_place({}, VoStatus::kNoConsensus);  // chance matches, which agree on nothing
+  VoParams strict;
+  strict.match.ratio = 0.6F;
+  another_place(strict, VoStatus::kFewMatches);
+}
+
+void test_implausible_motion(void**) {
+  const double length = true_step(0, 1).t.norm();
+  const double turn = quat_log(true_step(0, 1).q).norm();
+  for (const bool longer : {true, false}) {
+    VoParams params;
+    (longer ? params.max_step_m : params.max_step_rad) = 0.8 * (longer ? length : turn);
+    begin(params);
+    assert_status(run(1), VoStatus::kImplausible);
+    assert_reference_moved_on();
+    (longer ? params.max_step_m : params.max_step_rad) = 1.2 * (longer ? length : turn);
+    begin(params);
+    assert_status(run(1), VoStatus::kMotion);
+  }
+}
+
+void test_dropped_frames(void**) {
+  begin();
+  assert_status(run(1), VoStatus::kMotion);
+  assert_status(run(4), VoStatus::kMotion);  // two missing
+  assert_good_step(1, 4);
+  assert_status(run(5), VoStatus::kMotion);
+  assert_good_step(4, 5);
+}
+
+void test_priors(void**) {
+  Pose3 nan;
+  nan.t.x() = NAN;
+  Pose3 not_unit;
+  not_unit.q.w() = 2.0;
+  begin();
+  const std::uint32_t before = vo.bad_priors();
+  assert_status(run(1, &nan), VoStatus::kMotion);
+  const Pose3 step = vo.result().T_prev_cur;
+  assert_good_step(0, 1);
+  assert_status(run(2, &not_unit), VoStatus::kMotion);
+  assert_int_equal(vo.bad_priors() - before, 2);
+  begin();
+  assert_status(run(1), VoStatus::kMotion);
+  assert_true(vo.result().T_prev_cur.t == step.t && vo.result().T_prev_cur.q.coeffs() == step.q.coeffs());
+
+  // A turn of 0.3 rad moves features out of all windows but those that the prior places.
+  Random random(4);
+  const Pose3 T_turned = Pose3{quat_from_attitude({0.3, 0.0, 0.0}), Vec3(0.05, 0.0, 0.0)} * kRig.T_rover_cam;
+  scene.render(kRig, T_turned, false, 1.5, random, scratch[0]);
+  scene.render(kRig, T_turned, true, 1.5, random, scratch[1]);
+  VoParams narrow;
+  narrow.search_radius_px = narrow.first_search_radius_px = 20;
+  begin(narrow);
+  assert_true(run(vo, view(scratch[0]), view(scratch[1])) != VoStatus::kMotion);
+  begin(narrow);
+  const Pose3 prior = T_world_cam[0].inverse() * T_turned;
+  assert_status(run(vo, view(scratch[0]), view(scratch[1]), &prior), VoStatus::kMotion);
+  const Pose3 off = vo.result().T_prev_cur.inverse() * prior;
+  assert_at_most(off.t.norm(), 0.003);
+  assert_at_most(quat_log(off.q).norm(), 0.003);
+  assert_int_equal(vo.bad_priors() - before, 2);
+
+  // A valid prior that is wrong costs windows, not the frame.
+  begin();
+  const Pose3 wrong = {quat_exp(Vec3(0.0, 0.3, 0.0)), Vec3(0.2, 0.1, -0.2)};
+  assert_status(run(1, &wrong), VoStatus::kMotion);
+  assert_good_step(0, 1);
+}
+
+void test_rigs(void**) {
+  StereoRig rig = kRig;
+  rig.fx_px = NAN;
+  assert_false(vo.init({}, rig));
+  rig = kRig;
+  rig.width_px = cfg::kImageWidth + 2;
+  assert_false(vo.init({}, rig));
+  rig = kRig;
+  rig.height_px = cfg::kImageHeight + 2;
+  assert_false(vo.init({}, rig));
+  assert_true(vo.init({}, kRig));
+}
+
+void test_init_forgets(void**) {
+  begin();
+  assert_status(run(1), VoStatus::kMotion);
+  assert_true(vo.init({}, kRig));
+  assert_status(vo.status(), VoStatus::kIdle);
+  assert_status(run(2), VoStatus::kFirstFrame);
+}
+
+bool same(const VoResult& a, const VoResult& b) {
+  return a.T_prev_cur.t == b.T_prev_cur.t && a.T_prev_cur.q.coeffs() == b.T_prev_cur.q.coeffs() &&
+         a.covariance == b.covariance && a.features_left == b.features_left &&
+         a.features_right == b.features_right && a.stereo == b.stereo && a.matches == b.matches &&
+         a.inliers == b.inliers && a.rms_px == b.rms_px && a.reference_renewed == b.reference_renewed;
+}
+
+void test_slices_give_the_same_bits(void**) {
+  begin();
+  assert_true(sliced.init({}, kRig));
+  for (int k = 0; k < 4; ++k) {
+    // The third frame is another place: the wide search is sliced too.
+    const ImageU8 left = view(k == 2 ? elsewhere[0] : left_pixels[k]);
+    const ImageU8 right = view(k == 2 ? elsewhere[1] : right_pixels[k]);
+    if (k > 0) assert_status(run(vo, left, right), k == 1 ? VoStatus::kMotion : VoStatus::kNoConsensus);
+    assert_status(sliced.start(left, right), VoStatus::kRunning);
+    assert_true(test::run_in_slices(sliced) > 100);
+    assert_status(sliced.status(), vo.status());
+    assert_true(same(sliced.result(), vo.result()));
+    assert_true(sliced.rectification().angles() == vo.rectification().angles());
+    assert_true(sliced.disparity_plane() == vo.disparity_plane());
+  }
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_first_frame),
+      cmocka_unit_test(test_motion_is_recovered),
+      cmocka_unit_test(test_ground_plane),
+      cmocka_unit_test(test_covariance_is_of_the_right_size),
+      cmocka_unit_test(test_reference_of_several_frames),
+      cmocka_unit_test(test_standing_still),
+      cmocka_unit_test(test_paper_exact_is_less_accurate),
+      cmocka_unit_test(test_bad_images),
+      cmocka_unit_test(test_images_without_features),
+      cmocka_unit_test(test_left_and_right_swapped),
+      cmocka_unit_test(test_noise_only),
+      cmocka_unit_test(test_bad_first_frames),
+      cmocka_unit_test(test_another_place),
+      cmocka_unit_test(test_implausible_motion),
+      cmocka_unit_test(test_dropped_frames),
+      cmocka_unit_test(test_priors),
+      cmocka_unit_test(test_rigs),
+      cmocka_unit_test(test_init_forgets),
+      cmocka_unit_test(test_slices_give_the_same_bits),
+  };
+  return cmocka_run_group_tests_name("visual_odometry", tests, render_all, nullptr);
+}

@@ -1,0 +1,216 @@
+// A rig that is off by milliradians is found out from its vertical disparities, and its matches are put
+// right.
+#include "vo/rectification.hpp"
+
+#include "support/cmocka.hpp"
+#include "support/noise.hpp"
+
+using namespace cairn;
+
+namespace {
+
+StereoRig rig_of_the_paper() {
+  StereoRig rig;
+  rig.width_px = 512;
+  rig.height_px = 384;
+  rig.fx_px = 394.2;
+  rig.fy_px = 394.2;
+  rig.cx_px = 255.5;
+  rig.cy_px = 191.5;
+  rig.baseline_m = 0.12;
+  return rig;
+}
+
+const StereoRig kRig = rig_of_the_paper();
+using Angles = RectificationEstimator::Angles;
+
+/// A prior that leaves the angles to the evidence.
+RectificationParams open_minded() {
+  RectificationParams params;
+  params.prior_sigma_rad = 1.0e-2;
+  return params;
+}
+
+Angles angles_of(double r_x, double r_z, double b_y, double b_z) {
+  Angles a;
+  a << r_x, r_z, b_y, b_z;
+  return a;
+}
+
+/// What a rig sees whose right camera is turned and shifted by the angles: exact, not to first order.
+StereoPixel see(const Vec3& p_cam, const Angles& a) {
+  const Quat turned = quat_exp(Vec3(a[0], 0.0, a[1]));
+  const Vec3 centre = Vec3(1.0, a[2], a[3]) * kRig.baseline_m;
+  StereoRig mono = kRig;
+  mono.baseline_m = 1e-12;
+  const StereoPixel right = project(mono, turned.conjugate() * (p_cam - centre));
+  const StereoPixel left = project(kRig, p_cam);
+  return {left.u_left, left.v_left, right.u_left, right.v_left};
+}
+
+/// Points of a slope before the camera, with rocks and walls before it: at many depths.
+Vec3 random_point(Random& random) {
+  const double v = test::uniform(random, -170.0, 180.0);
+  const double z = 1.0 / (0.6 + 0.5 * v / 200.0) * test::uniform(random, 0.3, 1.0);
+  return {test::uniform(random, -230.0, 230.0) / kRig.fx_px * z, v / kRig.fy_px * z, z};
+}
+
+void observe_frames(RectificationEstimator& estimator, const Angles& truth, int frames, double sigma_px,
+                    Random& random) {
+  for (int k = 0; k < frames; ++k) {
+    for (int i = 0; i < 300; ++i) {
+      StereoPixel px = see(random_point(random), truth);
+      px.v_right += sigma_px * test::normal(random);
+      px.u_right += sigma_px * test::normal(random);
+      estimator.observe(px);
+    }
+    estimator.end_frame();
+  }
+}
+
+void test_correct_undoes_the_error_to_first_order(void**) {
+  // Exact data of a misaligned rig: what is left after the correction is of second order.
+  const Angles truth = angles_of(0.5e-3, -0.8e-3, 0.6e-3, 1.0e-3);
+  RectificationEstimator estimator;
+  estimator.init(open_minded(), kRig);
+  Random random(1);
+  observe_frames(estimator, truth, 60, 0.0, random);
+  for (int k = 0; k < 4; ++k) assert_near(estimator.angles()[k], truth[k], 0.02e-3);
+  double before = 0.0;
+  double after_u = 0.0;
+  double after_v = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 p = random_point(random);
+    const StereoPixel ideal = project(kRig, p);
+    const StereoPixel measured = see(p, truth);
+    const StereoPixel px = estimator.correct(measured);
+    before = std::fmax(before, std::fabs(measured.u_right - ideal.u_right));
+    after_u = std::fmax(after_u, std::fabs(px.u_right - ideal.u_right));
+    after_v = std::fmax(after_v, std::fabs(px.v_right - ideal.v_right));
+    assert_near(px.u_left, measured.u_left, 0.0);
+    assert_near(px.v_left, measured.v_left, 0.0);
+  }
+  print_message("largest error in u: %.3f px before, %.4f px after (v: %.4f px)\n", before, after_u, after_v);
+  assert_at_least(before, 0.2);
+  assert_at_most(after_u, 0.02);
+  assert_at_most(after_v, 0.01);
+}
+
+void test_each_angle_alone(void**) {
+  for (int k = 0; k < 4; ++k) {
+    Angles truth = Angles::Zero();
+    truth[k] = 1.0e-3;
+    RectificationEstimator estimator;
+    estimator.init(open_minded(), kRig);
+    Random random(2);
+    observe_frames(estimator, truth, 60, 0.0, random);
+    for (int i = 0; i < 4; ++i) assert_near(estimator.angles()[i], truth[i], 0.03e-3);
+  }
+}
+
+void test_noisy_matches(void**) {
+  const Angles truth = angles_of(0.4e-3, 0.5e-3, -0.7e-3, -1.0e-3);
+  RectificationEstimator estimator;
+  estimator.init({}, kRig);
+  Random random(3);
+  observe_frames(estimator, truth, 100, 0.1, random);
+  const Angles error = estimator.angles() - truth;
+  print_message("errors after 100 frames of 300 matches, 0.1 px: %.4f %.4f %.4f %.4f mrad\n", 1e3 * error[0],
+                1e3 * error[1], 1e3 * error[2], 1e3 * error[3]);
+  for (int k = 0; k < 4; ++k) assert_near(error[k], 0.0, 0.05e-3);
+}
+
+void test_one_estimate_a_frame(void**) {
+  RectificationEstimator estimator;
+  estimator.init({}, kRig);
+  Random random(4);
+  const Angles truth = angles_of(0.0, 1.0e-3, 0.0, 0.0);
+  for (int i = 0; i < 200; ++i) estimator.observe(see(random_point(random), truth));
+  assert_true(estimator.angles() == Angles::Zero());
+  estimator.end_frame();
+  assert_true(estimator.angles() != Angles::Zero());
+  estimator.init({}, kRig);
+  assert_true(estimator.angles() == Angles::Zero());
+  estimator.end_frame();
+  assert_true(estimator.angles() == Angles::Zero());
+}
+
+void test_little_evidence_stays_at_the_prior(void**) {
+  RectificationEstimator estimator;
+  estimator.init({}, kRig);
+  Random random(5);
+  estimator.observe(see(random_point(random), angles_of(0.0, 1.0e-3, 0.0, 0.0)));
+  estimator.end_frame();
+  for (int k = 0; k < 4; ++k) assert_near(estimator.angles()[k], 0.0, 1.0e-3);
+}
+
+void test_gate(void**) {
+  RectificationParams params;
+  RectificationEstimator estimator;
+  estimator.init(params, kRig);
+  Random random(6);
+  for (int i = 0; i < 300; ++i) {
+    StereoPixel px = project(kRig, random_point(random));
+    px.v_right += i % 2 == 0 ? 1.001 * params.gate_px : static_cast<double>(NAN);
+    estimator.observe(px);
+  }
+  estimator.end_frame();
+  assert_true(estimator.angles() == Angles::Zero());
+  for (int i = 0; i < 300; ++i) {
+    StereoPixel px = project(kRig, random_point(random));
+    px.v_right += 0.999 * params.gate_px;
+    estimator.observe(px);
+  }
+  estimator.end_frame();
+  assert_near(estimator.angles()[0] * kRig.fx_px, params.gate_px, 0.1);  // a shift of all rows is r_x
+  // The gate moves with the estimate: the same matches now lie at its middle, those at 0 near its rim.
+  StereoPixel far_px = project(kRig, Vec3(0.0, 0.0, 1.5));
+  const Angles before = estimator.angles();
+  far_px.v_right -= 0.2;
+  estimator.observe(far_px);
+  estimator.end_frame();
+  assert_near((estimator.angles() - before).norm(), 0.0, 1e-5);
+}
+
+void test_old_evidence_fades(void**) {
+  RectificationParams params = open_minded();
+  params.memory_frames = 20.0;
+  RectificationEstimator estimator;
+  estimator.init(params, kRig);
+  Random random(7);
+  const Angles first = angles_of(0.0, 0.8e-3, 0.0, 0.8e-3);
+  const Angles second = angles_of(0.0, -0.2e-3, 0.0, 0.0);
+  observe_frames(estimator, first, 50, 0.0, random);
+  for (int k = 0; k < 4; ++k) assert_near(estimator.angles()[k], first[k], 0.05e-3);
+  observe_frames(estimator, second, 150, 0.0, random);
+  for (int k = 0; k < 4; ++k) assert_near(estimator.angles()[k], second[k], 0.1e-3);
+}
+
+void test_disabled_is_identity(void**) {
+  RectificationParams params;
+  params.enabled = false;
+  RectificationEstimator estimator;
+  estimator.init(params, kRig);
+  Random random(8);
+  observe_frames(estimator, angles_of(1e-3, 1e-3, 1e-3, 1e-3), 5, 0.0, random);
+  assert_true(estimator.angles() == Angles::Zero());
+  const StereoPixel px = {100.0, 50.0, 70.0, 50.4};
+  const StereoPixel same = estimator.correct(px);
+  assert_true(same.u_left == 100.0 && same.v_left == 50.0 && same.u_right == 70.0 && same.v_right == 50.4);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_correct_undoes_the_error_to_first_order),
+      cmocka_unit_test(test_each_angle_alone),
+      cmocka_unit_test(test_noisy_matches),
+      cmocka_unit_test(test_one_estimate_a_frame),
+      cmocka_unit_test(test_little_evidence_stays_at_the_prior),
+      cmocka_unit_test(test_gate),
+      cmocka_unit_test(test_old_evidence_fades),
+      cmocka_unit_test(test_disabled_is_identity),
+  };
+  return cmocka_run_group_tests_name("rectification", tests, nullptr, nullptr);
+}
