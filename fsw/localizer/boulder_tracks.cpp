@@ -11,41 +11,39 @@ void BoulderTracks::init(const TrackParams& params) {
 
 void BoulderTracks::update(const BoulderSightings& sightings, std::uint32_t frame) {
   forget(frame);
+  // Votes first: a sighting without one must not take the track that a vote names.
   std::int16_t now[cfg::kMaxLabels];
   for (std::size_t i = 0; i < sightings.size(); ++i) {
-    const BoulderSighting& s = sightings[i];
-    std::int16_t index = track_of(s, frame);
-    if (index == kNone) {
+    now[i] = voted_track(sightings[i], frame);
+    if (now[i] != kNone) take(sightings[i], now[i], frame);
+  }
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    if (now[i] != kNone) continue;
+    now[i] = nearest_track(sightings[i], frame);
+    if (now[i] == kNone) {
       Track fresh;
       fresh.id = next_id_;
-      if (tracks_.push_back(fresh)) {
-        ++next_id_;
-        index = static_cast<std::int16_t>(tracks_.size() - 1);
-      } else {
+      if (!tracks_.push_back(fresh)) {
         ++dropped_;
+        continue;
       }
+      ++next_id_;
+      now[i] = static_cast<std::int16_t>(tracks_.size() - 1);
     }
-    now[i] = index;
-    if (index == kNone) continue;
-    Track& track = tracks_[static_cast<std::size_t>(index)];
-    const double far = params_.sigma_per_range2 * static_cast<double>(s.range_m) * static_cast<double>(s.range_m);
-    const double weight = 1.0 / (params_.sigma_near_m * params_.sigma_near_m + far * far);
-    absorb(track, s.p_site_m, weight, static_cast<double>(s.diameter_m), static_cast<double>(s.spread_m));
-    track.last_frame = frame;
-    if (track.sightings < UINT16_MAX) ++track.sightings;
+    take(sightings[i], now[i], frame);
   }
   last_count_ = sightings.size();
   for (std::size_t i = 0; i < last_count_; ++i) last_track_[i] = now[i];
 }
 
-std::int16_t BoulderTracks::track_of(const BoulderSighting& sighting, std::uint32_t frame) const {
-  if (sighting.previous != 0 && sighting.previous <= last_count_) {
-    const std::int16_t voted = last_track_[sighting.previous - 1];
-    if (voted != kNone && (tracks_[static_cast<std::size_t>(voted)].last_frame != frame ||
-                           tracks_[static_cast<std::size_t>(voted)].sightings == 0)) {
-      return voted;
-    }
-  }
+std::int16_t BoulderTracks::voted_track(const BoulderSighting& sighting, std::uint32_t frame) const {
+  if (sighting.previous == 0 || sighting.previous > last_count_) return kNone;
+  const std::int16_t voted = last_track_[sighting.previous - 1];
+  if (voted == kNone || tracks_[static_cast<std::size_t>(voted)].last_frame == frame) return kNone;
+  return voted;
+}
+
+std::int16_t BoulderTracks::nearest_track(const BoulderSighting& sighting, std::uint32_t frame) const {
   std::int16_t best = kNone;
   double best2 = params_.merge_m * params_.merge_m;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
@@ -58,6 +56,16 @@ std::int16_t BoulderTracks::track_of(const BoulderSighting& sighting, std::uint3
     }
   }
   return best;
+}
+
+void BoulderTracks::take(const BoulderSighting& s, std::int16_t index, std::uint32_t frame) {
+  Track& track = tracks_[static_cast<std::size_t>(index)];
+  const double far =
+      params_.sigma_per_range2 * static_cast<double>(s.range_m) * static_cast<double>(s.range_m);
+  const double weight = 1.0 / (params_.sigma_near_m * params_.sigma_near_m + far * far);
+  absorb(track, s.p_site_m, weight, static_cast<double>(s.diameter_m), static_cast<double>(s.spread_m));
+  track.last_frame = frame;
+  if (track.sightings < UINT16_MAX) ++track.sightings;
 }
 
 void BoulderTracks::absorb(Track& track, const Vec3& p, double weight, double diameter, double spread) {
@@ -88,8 +96,11 @@ void BoulderTracks::remove(std::size_t index) {
   }
 }
 
-void BoulderTracks::build(LocalMap& out) {
+/// One pass over all pairs. True where some were merged: they have moved, and others may lie close to them
+/// now.
+bool BoulderTracks::merge() {
   const double merge2 = params_.merge_m * params_.merge_m;
+  const std::size_t before = tracks_.size();
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     for (std::size_t j = tracks_.size(); j-- > i + 1;) {
       const double dx = tracks_[i].p_site_m.x() - tracks_[j].p_site_m.x();
@@ -106,6 +117,12 @@ void BoulderTracks::build(LocalMap& out) {
       }
       remove(j);
     }
+  }
+  return tracks_.size() < before;
+}
+
+void BoulderTracks::build(LocalMap& out) {
+  while (merge()) {
   }
   out.clear();
   for (const Track& t : tracks_) {

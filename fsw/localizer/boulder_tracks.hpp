@@ -1,11 +1,12 @@
 /// Boulders over time: the ground boulders of the last frames, in `site`, and the local map made of them
 /// (METHOD section C).
 ///
-/// A sighting goes on the track of the sighting that the vote names. Without one it joins a track within `merge_m` that this
-/// frame has not seen yet, or starts a track. A track's position is the weighted mean of its sightings, with
-/// weight 1 / (s0^2 + (s1 range^2)^2): stereo depth worsens with the square of the range. The local map holds the tracks
-/// seen within the last `window_frames` frames and often enough; tracks that meanwhile lie within `merge_m` of each other
-/// become one boulder (agglomerative, METHOD B.2), the older number staying.
+/// A sighting goes on the track of the sighting that the vote names. Without one it joins a track within
+/// `merge_m` that this frame has not seen yet, or starts a track. A track's position is the weighted mean of
+/// its sightings, with weight 1 / (s0^2 + (s1 range^2)^2): stereo depth worsens with the square of the range.
+/// The local map holds the tracks seen within the last `window_frames` frames and often enough; tracks that
+/// meanwhile lie within `merge_m` of each other become one boulder (agglomerative, METHOD B.2), the older
+/// number staying.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +21,8 @@ struct TrackParams {
   int min_sightings = 3;
   double merge_m = 0.08;
   double min_diameter_m = cfg::kMission.boulder_min_diameter_m;
-  double sigma_near_m = 0.02;         ///< s0
-  double sigma_per_range2 = 0.01;     ///< s1, per metre
+  double sigma_near_m = 0.02;      ///< s0
+  double sigma_per_range2 = 0.01;  ///< s1, per metre
 };
 
 class BoulderTracks {
@@ -29,9 +30,11 @@ class BoulderTracks {
   void init(const TrackParams& params);
   /// Takes in the sightings of frame number `frame` (rising), and forgets tracks that left the window.
   void update(const BoulderSightings& sightings, std::uint32_t frame);
+  /// Forgets tracks that left the window by frame `frame`: for frames without sightings, before build().
+  void forget(std::uint32_t frame);
   /// The local map, in the order of the tracks' numbers. Tracks are merged for good.
   void build(LocalMap& out);
-  std::uint32_t dropped() const { return dropped_; }   ///< sightings without room for a track
+  std::uint32_t dropped() const { return dropped_; }  ///< sightings without room for a track
   std::uint32_t created() const { return next_id_; }
 
  private:
@@ -46,14 +49,16 @@ class BoulderTracks {
   };
   static constexpr std::int16_t kNone = -1;
 
-  std::int16_t track_of(const BoulderSighting& sighting, std::uint32_t frame) const;
+  std::int16_t voted_track(const BoulderSighting& sighting, std::uint32_t frame) const;
+  std::int16_t nearest_track(const BoulderSighting& sighting, std::uint32_t frame) const;
+  void take(const BoulderSighting& sighting, std::int16_t index, std::uint32_t frame);
   static void absorb(Track& track, const Vec3& p, double weight, double diameter, double spread);
-  void forget(std::uint32_t frame);
+  bool merge();
   void remove(std::size_t index);
 
   TrackParams params_;
   FixedVector<Track, cfg::kMaxLocalBoulders> tracks_;
-  std::int16_t last_track_[cfg::kMaxLabels] = {};   ///< track of each sighting of the last update
+  std::int16_t last_track_[cfg::kMaxLabels] = {};  ///< track of each sighting of the last update
   std::size_t last_count_ = 0;
   std::uint32_t next_id_ = 0;
   std::uint32_t dropped_ = 0;

@@ -1,0 +1,291 @@
+// Boulders over time: which sighting goes on which track, what is forgotten, merged and shown.
+#include "localizer/boulder_tracks.hpp"
+
+#include "core/random.hpp"
+#include "support/cmocka.hpp"
+
+using namespace cairn;
+
+namespace {
+
+BoulderTracks tracks;
+LocalMap map;
+BoulderSightings seen;
+
+struct At {
+  double x;
+  double y;
+  int previous = 0;
+  double range = 1.0;
+  double diameter = 0.2;
+};
+
+void update(std::initializer_list<At> sightings, std::uint32_t frame) {
+  seen.clear();
+  for (const At& a : sightings) {
+    BoulderSighting s;
+    s.p_site_m = Vec3(a.x, a.y, 0.05);
+    s.range_m = static_cast<float>(a.range);
+    s.diameter_m = static_cast<float>(a.diameter);
+    s.previous = static_cast<std::uint8_t>(a.previous);
+    assert_true(seen.push_back(s));
+  }
+  tracks.update(seen, frame);
+}
+
+/// Everything is shown, so that tests see every track.
+TrackParams show_all() {
+  TrackParams p;
+  p.min_sightings = 1;
+  p.min_diameter_m = 0.0;
+  return p;
+}
+
+void build() { tracks.build(map); }
+
+void test_vote_is_followed_beyond_the_merge_distance(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}, {2.0, 0.0}}, 1);
+  update({{2.3, 0.0, 2}, {1.4, 0.0, 1}}, 2);
+  build();
+  assert_int_equal(map.size(), 2);
+  assert_near(map[0].p_site_m.x(), 1.2, 1e-12);
+  assert_near(map[1].p_site_m.x(), 2.15, 1e-12);
+  assert_int_equal(map[0].sightings, 2);
+  assert_int_equal(tracks.created(), 2);
+}
+
+/// A sighting without a vote that comes first must not take the track that another one was voted to.
+void test_vote_goes_before_distance(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}}, 1);
+  update({{1.05, 0.0}, {1.3, 0.0, 1}}, 2);
+  build();
+  assert_int_equal(map.size(), 2);
+  assert_near(map[0].p_site_m.x(), 1.15, 1e-12);
+  assert_int_equal(map[0].sightings, 2);
+  assert_near(map[1].p_site_m.x(), 1.05, 1e-12);
+}
+
+void test_without_vote_the_nearest_within_the_distance(void**) {
+  const TrackParams p = show_all();
+  tracks.init(p);
+  update({{1.0, 0.0}, {1.1, 0.0}}, 1);
+  update({{1.07, 0.0}}, 2);
+  update({{1.0, p.merge_m - 1e-6}}, 3);
+  update({{1.0, -p.merge_m - 0.1}}, 4);
+  assert_int_equal(tracks.created(), 3);
+  build();
+  assert_int_equal(map.size(), 3);
+  assert_near(map[1].p_site_m.x(), 1.085, 1e-12);
+  assert_int_equal(map[0].sightings, 2);
+  assert_int_equal(map[1].sightings, 2);
+  assert_int_equal(map[2].sightings, 1);
+}
+
+/// Two sightings of one frame are two boulders, however close, until the map is built.
+void test_a_track_takes_one_sighting_a_frame(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}, {1.01, 0.0}, {1.02, 0.0}}, 1);
+  assert_int_equal(tracks.created(), 3);
+  update({{1.0, 0.0, 1}, {1.01, 0.0, 1}}, 2);  // both name the same one
+  assert_int_equal(tracks.created(), 3);
+}
+
+void test_weights_fall_with_range(void**) {
+  TrackParams p = show_all();
+  p.sigma_near_m = 0.02;
+  p.sigma_per_range2 = 0.01;
+  tracks.init(p);
+  update({{1.0, 0.0, 0, 2.0, 0.3}}, 1);
+  update({{1.06, 0.0, 1, 1.0, 0.2}}, 2);
+  build();
+  const double far = 1.0 / (0.02 * 0.02 + 0.04 * 0.04);
+  const double near = 1.0 / (0.02 * 0.02 + 0.01 * 0.01);
+  assert_near(map[0].p_site_m.x(), (far * 1.0 + near * 1.06) / (far + near), 1e-12);
+  assert_near(map[0].diameter_m, (far * 0.3 + near * 0.2) / (far + near), 1e-6);
+  assert_near(map[0].z_site_m, 0.05, 1e-12);
+}
+
+void test_window(void**) {
+  TrackParams p = show_all();
+  p.window_frames = 10;
+  tracks.init(p);
+  update({{1.0, 0.0}, {2.0, 0.0}}, 100);
+  update({{2.0, 0.0}}, 105);
+  update({}, 110);
+  build();
+  assert_int_equal(map.size(), 2);
+  update({}, 111);
+  build();
+  assert_int_equal(map.size(), 1);
+  assert_near(map[0].p_site_m.x(), 2.0, 1e-12);
+  tracks.forget(115);
+  build();
+  assert_int_equal(map.size(), 1);
+  tracks.forget(116);  // without sightings, as over sand
+  build();
+  assert_int_equal(map.size(), 0);
+}
+
+void test_window_across_the_wrap_of_the_frame_number(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}}, UINT32_MAX - 1);
+  update({{1.0, 0.0, 1}}, 3);
+  build();
+  assert_int_equal(map.size(), 1);
+  assert_int_equal(map[0].sightings, 2);
+}
+
+/// Tracks move up when one before them is forgotten; votes still name the right ones.
+void test_votes_after_tracks_are_forgotten(void**) {
+  TrackParams p = show_all();
+  p.window_frames = 5;
+  tracks.init(p);
+  update({{0.0, 0.0}, {1.0, 0.0}}, 1);
+  update({{2.0, 0.0}, {1.0, 0.0, 2}, {3.0, 0.0}}, 4);  // the one at 0 goes on no more
+  update({{3.3, 0.0, 3}, {1.3, 0.0, 2}, {2.3, 0.0, 1}}, 8);
+  build();
+  assert_int_equal(map.size(), 3);
+  assert_near(map[0].p_site_m.x(), 1.1, 1e-12);
+  assert_near(map[1].p_site_m.x(), 2.15, 1e-12);
+  assert_near(map[2].p_site_m.x(), 3.15, 1e-12);
+  assert_int_equal(map[0].sightings, 3);
+  assert_int_equal(tracks.created(), 4);
+}
+
+/// A vote for a track that left the window meanwhile, or for a sighting that there was not.
+void test_votes_for_nothing(void**) {
+  TrackParams p = show_all();
+  p.window_frames = 5;
+  tracks.init(p);
+  update({{0.0, 0.0}}, 1);
+  update({{0.0, 0.0, 1}, {4.0, 0.0, 7}}, 9);
+  build();
+  assert_int_equal(map.size(), 2);
+  assert_int_equal(map[0].id, 1);
+  assert_int_equal(map[0].sightings, 1);
+  assert_int_equal(map[1].id, 2);
+}
+
+void test_merging_keeps_the_older(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}, {2.0, 0.0}, {1.06, 0.0}}, 1);
+  build();
+  assert_int_equal(map.size(), 2);
+  assert_int_equal(map[0].id, 0);
+  assert_int_equal(map[0].sightings, 2);
+  assert_near(map[0].p_site_m.x(), 1.03, 1e-12);
+  assert_int_equal(map[1].id, 1);
+  update({{1.4, 0.0, 3}, {2.2, 0.0, 2}}, 2);  // votes for the one that gave way go to the one that stayed
+  build();
+  assert_int_equal(map.size(), 2);
+  assert_int_equal(map[0].sightings, 3);
+  assert_int_equal(map[1].sightings, 2);
+  assert_int_equal(tracks.created(), 3);
+}
+
+/// A merged boulder has moved: it may now lie close to another one. None are left within the distance.
+void test_merging_goes_on_until_all_are_apart(void**) {
+  const TrackParams p = show_all();
+  tracks.init(p);
+  update({{1.0, 0.0}, {1.10, 0.0, 0, 1.0}, {1.07, 0.0, 0, 1.0}}, 1);
+  build();
+  assert_int_equal(map.size(), 1);
+  Random random(9);
+  tracks.init(p);
+  for (std::uint32_t frame = 1; frame <= 4; ++frame) {
+    seen.clear();
+    for (int i = 0; i < 60; ++i) {
+      BoulderSighting s;
+      s.p_site_m = Vec3(1e-3 * random.below(1000), 1e-3 * random.below(1000), 0.0);
+      s.range_m = 1e-3F * static_cast<float>(500 + random.below(2000));
+      s.diameter_m = 0.1F;
+      assert_true(seen.push_back(s));
+    }
+    tracks.update(seen, frame);
+  }
+  build();
+  int sightings = 0;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    sightings += map[i].sightings;
+    for (std::size_t j = 0; j < i; ++j) {
+      assert_at_least((map[i].p_site_m - map[j].p_site_m).norm(), p.merge_m);
+      assert_true(map[j].id < map[i].id);
+    }
+  }
+  assert_int_equal(sightings, 240);
+}
+
+void test_what_is_shown(void**) {
+  TrackParams p;
+  p.min_sightings = 3;
+  p.min_diameter_m = 0.08;
+  tracks.init(p);
+  for (std::uint32_t frame = 1; frame <= 3; ++frame) {
+    const int previous = frame > 1 ? 1 : 0;
+    if (frame > 1) {
+      update({{0.0, 0.0, previous, 1.0, 0.0801}, {1.0, 0.0, 2, 1.0, 0.0799}, {2.0, 0.0, frame == 2 ? 0 : 3}},
+             frame);
+    } else {
+      update({{0.0, 0.0, 0, 1.0, 0.0801}, {1.0, 0.0, 0, 1.0, 0.0799}}, frame);
+    }
+  }
+  build();
+  assert_int_equal(map.size(), 1);
+  assert_near(map[0].p_site_m.x(), 0.0, 1e-12);
+  update({{2.0, 0.0, 3}}, 4);
+  build();
+  assert_int_equal(map.size(), 2);
+  assert_int_equal(map[1].sightings, 3);
+}
+
+void test_full(void**) {
+  tracks.init(show_all());
+  std::uint32_t frame = 1;
+  std::size_t made = 0;
+  while (made < cfg::kMaxLocalBoulders + 5) {
+    seen.clear();
+    for (; !seen.full() && made < cfg::kMaxLocalBoulders + 5; ++made) {
+      BoulderSighting s;
+      s.p_site_m = Vec3(0.2 * static_cast<double>(made), 0.0, 0.0);
+      assert_true(seen.push_back(s));
+    }
+    tracks.update(seen, frame++);
+  }
+  assert_int_equal(tracks.dropped(), 5);
+  assert_int_equal(tracks.created(), cfg::kMaxLocalBoulders);
+  build();
+  assert_true(map.full());
+  // The last of the frame was dropped: a vote for it names no track.
+  update({{1000.0, 0.0, static_cast<int>(seen.size())}}, frame);
+  assert_int_equal(tracks.dropped(), 6);
+  // One that is there goes on.
+  update({{0.0, 0.0}}, frame + 1);
+  assert_int_equal(tracks.dropped(), 6);
+  tracks.init(show_all());
+  assert_int_equal(tracks.dropped(), 0);
+  build();
+  assert_int_equal(map.size(), 0);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_vote_is_followed_beyond_the_merge_distance),
+      cmocka_unit_test(test_vote_goes_before_distance),
+      cmocka_unit_test(test_without_vote_the_nearest_within_the_distance),
+      cmocka_unit_test(test_a_track_takes_one_sighting_a_frame),
+      cmocka_unit_test(test_weights_fall_with_range),
+      cmocka_unit_test(test_window),
+      cmocka_unit_test(test_window_across_the_wrap_of_the_frame_number),
+      cmocka_unit_test(test_votes_after_tracks_are_forgotten),
+      cmocka_unit_test(test_votes_for_nothing),
+      cmocka_unit_test(test_merging_keeps_the_older),
+      cmocka_unit_test(test_merging_goes_on_until_all_are_apart),
+      cmocka_unit_test(test_what_is_shown),
+      cmocka_unit_test(test_full),
+  };
+  return cmocka_run_group_tests_name("localizer/boulder_tracks", tests, nullptr, nullptr);
+}
