@@ -101,10 +101,12 @@ demo: ## prepare a map of the sample's ground, replay its drive, print the error
 	@printf '\nLook at %s and %s\n' '$(DEMO)/as_it_is/plot.svg' '$(DEMO)/degraded/plot.svg'
 
 bench: ## time and operations of a frame on this machine (DATASET=folder, default the sample)
+	@$(MAKE) --no-print-directory deps-build
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
 	@$(CAIRN) bench --dataset $(DATASET)
 
 size: ## static memory by part, and code and constants of the flight library
+	@$(MAKE) --no-print-directory deps-build
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
 	@$(CAIRN) size
 	@printf 'Code and constants of the flight library (text), bytes\n'

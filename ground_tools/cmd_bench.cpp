@@ -36,7 +36,9 @@ double median(std::vector<double> v) {
   return v[v.size() / 2];
 }
 
-double longest(const std::vector<double>& v) { return v.empty() ? 0.0 : *std::max_element(v.begin(), v.end()); }
+double longest(const std::vector<double>& v) {
+  return v.empty() ? 0.0 : *std::max_element(v.begin(), v.end());
+}
 
 void measure(Series& series, const std::function<void(WorkBudget&)>& work) {
   WorkBudget budget = WorkBudget::unlimited();
@@ -70,7 +72,8 @@ void bench(const BenchOptions& options) {
                       cfg::kMission.name);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      if (localizer.begin_frame(images[i].first.view(), images[i].second.view(), nullptr) != LocalizerStatus::kReady) {
+      if (localizer.begin_frame(images[i].first.view(), images[i].second.view(), nullptr) !=
+          LocalizerStatus::kReady) {
         throw ToolError("{}: frame {} was refused; check the data set", options.dataset.string(), i);
       }
       measure(vo, [&](WorkBudget& b) { (void)localizer.step_vo(b); });

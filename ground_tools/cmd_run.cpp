@@ -80,8 +80,10 @@ StepTrim parse_degrade(const std::string& text) {
       trim.scale = number(value, "--degrade", mend);
     } else if (key == "yaw") {
       double unit = 0.0;
-      for (const auto& [suffix, factor] : {std::pair<std::string, double>{"deg/m", kRadPerDeg}, {"rad/m", 1.0}}) {
-        if (value.size() > suffix.size() && value.compare(value.size() - suffix.size(), suffix.size(), suffix) == 0) {
+      for (const auto& [suffix, factor] :
+           {std::pair<std::string, double>{"deg/m", kRadPerDeg}, {"rad/m", 1.0}}) {
+        if (value.size() > suffix.size() &&
+            value.compare(value.size() - suffix.size(), suffix.size(), suffix) == 0) {
           value.resize(value.size() - suffix.size());
           unit = factor;
           break;
@@ -97,7 +99,8 @@ StepTrim parse_degrade(const std::string& text) {
 }
 
 void parse_frames(const std::string& text, ReplayOptions& options) {
-  const std::string mend = "give FIRST:END, whole numbers counted from 0, END not included; either may be left out";
+  const std::string mend =
+      "give FIRST:END, whole numbers counted from 0, END not included; either may be left out";
   const std::vector<std::string> parts = split(text, ':');
   const auto index = [&](const std::string& part) {
     if (part.empty() || part.size() > 9 || part.find_first_not_of("0123456789") != std::string::npos) {
@@ -113,7 +116,8 @@ void parse_frames(const std::string& text, ReplayOptions& options) {
 std::string boulders_csv(const Replay& replay) {
   std::string text = "id,x,y,z,size,sightings\n";
   for (const auto& [id, b] : replay.boulders) {
-    text += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.3f},{}\n", id, b.x_m, b.y_m, b.z_m, b.diameter_m, b.sightings);
+    text += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.3f},{}\n", id, b.x_m, b.y_m, b.z_m, b.diameter_m,
+                        b.sightings);
   }
   return text;
 }
@@ -123,10 +127,11 @@ std::string fixes_csv(const Replay& replay) {
       "frame,status,dx_m,dy_m,dyaw_deg,pairs,rms_m,trimmed,gated,local_boulders,map_boulders,map_window_full,"
       "iterations,scale,sigma_xy_m,sigma_yaw_deg\n";
   for (const app::FixReport& f : replay.fixes) {
-    text += fmt::format("{},{},{:.5f},{:.5f},{:.5f},{},{:.5f},{},{},{},{},{},{},{:.6f},{:.5f},{:.5f}\n", f.number,
-                        fix_status_name(f.status), f.dx_m, f.dy_m, f.dyaw_rad * kDegPerRad, f.pairs, f.rms_m, f.trimmed,
-                        f.gated, f.local_boulders, f.map_boulders, f.map_window_full, f.iterations, f.scale,
-                        f.sigma_xy_m, f.sigma_yaw_rad * static_cast<float>(kDegPerRad));
+    text +=
+        fmt::format("{},{},{:.5f},{:.5f},{:.5f},{},{:.5f},{},{},{},{},{},{},{:.6f},{:.5f},{:.5f}\n", f.number,
+                    fix_status_name(f.status), f.dx_m, f.dy_m, f.dyaw_rad * kDegPerRad, f.pairs, f.rms_m,
+                    f.trimmed, f.gated, f.local_boulders, f.map_boulders, f.map_window_full, f.iterations,
+                    f.scale, f.sigma_xy_m, f.sigma_yaw_rad * static_cast<float>(kDegPerRad));
   }
   return text;
 }
@@ -176,7 +181,8 @@ ordered_json counts_json(const std::uint32_t (&counts)[N], std::string (*name)(s
 }
 
 ordered_json summary_json(const RunOptions& options, const Dataset& dataset, const Replay& replay,
-                          const std::optional<TrajectoryErrors>& vo, const std::optional<TrajectoryErrors>& corrected) {
+                          const std::optional<TrajectoryErrors>& vo,
+                          const std::optional<TrajectoryErrors>& corrected) {
   ordered_json s;
   s["mission"] = cfg::kMission.name;
   s["dataset"] = options.dataset.string();
@@ -192,8 +198,9 @@ ordered_json summary_json(const RunOptions& options, const Dataset& dataset, con
   if (const auto share = boulder_precision(replay, dataset)) s["boulders_within_0.10_m_of_a_rock"] = *share;
   s["boulders"] = replay.boulders.size();
   if (!replay.frames.empty()) {
-    s["rates"] = {{"scale", replay.frames.back().report.scale},
-                  {"turn_deg_per_m", replay.frames.back().report.turn_rad_per_m * static_cast<float>(kDegPerRad)}};
+    s["rates"] = {
+        {"scale", replay.frames.back().report.scale},
+        {"turn_deg_per_m", replay.frames.back().report.turn_rad_per_m * static_cast<float>(kDegPerRad)}};
   }
   s["counts"]["vo"] = counts_json(replay.health.vo, vo_status_name);
   s["counts"]["boulders"] = counts_json(replay.health.boulders, observe_status_name);
@@ -219,7 +226,8 @@ ordered_json summary_json(const RunOptions& options, const Dataset& dataset, con
     most_vo = std::max(most_vo, f.report.vo_ops);
     most_boulders = std::max(most_boulders, f.report.boulder_ops);
   }
-  s["time"] = {{"mean_ms_a_frame", 1e3 * seconds / static_cast<double>(std::max<std::size_t>(1, replay.frames.size()))},
+  s["time"] = {{"mean_ms_a_frame",
+                1e3 * seconds / static_cast<double>(std::max<std::size_t>(1, replay.frames.size()))},
                {"longest_ms", 1e3 * longest},
                {"most_vo_ops", most_vo},
                {"most_boulder_ops", most_boulders}};
@@ -233,7 +241,8 @@ std::vector<Vec2> flat(const Trajectory& trajectory) {
 }
 
 ReplayPlot plot_of(const RunOptions& options, const Replay& replay, const std::optional<TrajectoryErrors>& vo,
-                   const std::optional<TrajectoryErrors>& corrected, const std::vector<PlotBoulder>& orbital) {
+                   const std::optional<TrajectoryErrors>& corrected,
+                   const std::vector<PlotBoulder>& orbital) {
   ReplayPlot plot;
   plot.title = fmt::format("{} over {}", options.dataset.filename().string(),
                            options.no_map ? "no map" : options.map.filename().string());
@@ -244,8 +253,9 @@ ReplayPlot plot_of(const RunOptions& options, const Replay& replay, const std::o
   plot.orbital = orbital;
   for (const auto& [id, b] : replay.boulders) plot.ground.push_back({Vec2(b.x_m, b.y_m), b.diameter_m});
   if (vo && corrected) {
-    plot.subtitle = fmt::format("{:.1f} m: VO alone ends {:.3f} m off in x, y; corrected {:.3f} m (largest {:.3f} m)",
-                                vo->path_m, vo->end.xy_m, corrected->end.xy_m, corrected->largest_xy.xy_m);
+    plot.subtitle =
+        fmt::format("{:.1f} m: VO alone ends {:.3f} m off in x, y; corrected {:.3f} m (largest {:.3f} m)",
+                    vo->path_m, vo->end.xy_m, corrected->end.xy_m, corrected->largest_xy.xy_m);
     for (const PoseError& e : vo->poses) plot.vo_error.push_back({e.distance_m, e.xy_m});
     for (const PoseError& e : corrected->poses) plot.corrected_error.push_back({e.distance_m, e.xy_m});
   }
@@ -283,7 +293,8 @@ void print_table(const Replay& replay, const std::optional<TrajectoryErrors>& vo
   row("end, x and y", vo->end.xy_m, corrected->end.xy_m, "m");
   row("largest, x and y", vo->largest_xy.xy_m, corrected->largest_xy.xy_m, "m");
   row("end, 3D", vo->end.xyz_m, corrected->end.xyz_m, "m");
-  row("end, 3D share of path", vo->percent_of_path(vo->end.xyz_m), corrected->percent_of_path(corrected->end.xyz_m), "%");
+  row("end, 3D share of path", vo->percent_of_path(vo->end.xyz_m),
+      corrected->percent_of_path(corrected->end.xyz_m), "%");
   row("end, yaw", vo->end.yaw_deg, corrected->end.yaw_deg, "degrees");
   row("end, whole rotation", vo->end.rotation_deg, corrected->end.rotation_deg, "degrees");
 }
@@ -319,24 +330,30 @@ void run(const RunOptions& options) {
   write_file(options.output / "corrected.tum", to_tum(replay.corrected));
   write_file(options.output / "boulders.csv", boulders_csv(replay));
   write_file(options.output / "fixes.csv", fixes_csv(replay));
-  write_file(options.output / "summary.json", summary_json(options, dataset, replay, vo, corrected).dump(2) + "\n");
+  write_file(options.output / "summary.json",
+             summary_json(options, dataset, replay, vo, corrected).dump(2) + "\n");
   write_file(options.output / "plot.svg", render_svg(plot_of(options, replay, vo, corrected, orbital)));
   print_table(replay, vo, corrected);
-  fmt::print("written: {}\n", (options.output / "{vo.tum,corrected.tum,boulders.csv,fixes.csv,summary.json,plot.svg}").string());
+  fmt::print(
+      "written: {}\n",
+      (options.output / "{vo.tum,corrected.tum,boulders.csv,fixes.csv,summary.json,plot.svg}").string());
 }
 
 }  // namespace
 
 void add_run_command(CLI::App& app) {
   const auto options = std::make_shared<RunOptions>();
-  CLI::App* command = app.add_subcommand("run", "Replay a data set of stereo pairs through the flight module");
-  command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/USER_GUIDE.md)")->required();
+  CLI::App* command =
+      app.add_subcommand("run", "Replay a data set of stereo pairs through the flight module");
+  command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/USER_GUIDE.md)")
+      ->required();
   command->add_option("--map", options->map, "orbital boulder map (.cmap)");
   command->add_flag("--no-map", options->no_map, "visual odometry alone");
   command->add_option("-o,--output", options->output, "folder for the results")->required();
   command->add_option("--ortho", options->ortho, "orthoimage to draw the plot on");
   command->add_option("--frames", options->frames, "part of the data set, FIRST:END, counted from 0");
-  command->add_option("--start", options->start, "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
+  command->add_option("--start", options->start,
+                      "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
   command->add_option("--degrade", options->degrade, "worsen each VO step, e.g. scale=1.02,yaw=0.1deg/m");
   command->add_flag("--paper", options->paper, "the paper's own choices throughout");
   command->callback([options] { run(*options); });

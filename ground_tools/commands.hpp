@@ -5,8 +5,8 @@
 
 namespace cairn::ground {
 
-void add_map_commands(CLI::App& app);  ///< cairn map ...   (cmd_map.cpp)
-void add_run_command(CLI::App& app);   ///< cairn run ...   (cmd_run.cpp)
+void add_map_commands(CLI::App& app);    ///< cairn map ...   (cmd_map.cpp)
+void add_run_command(CLI::App& app);     ///< cairn run ...   (cmd_run.cpp)
 void add_bench_commands(CLI::App& app);  ///< cairn bench, cairn size   (cmd_bench.cpp)
 
 }  // namespace cairn::ground

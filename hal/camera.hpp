@@ -1,4 +1,5 @@
-/// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images. Implemented by platform/<target>.
+/// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images. Implemented by
+/// platform/<target>.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +7,7 @@
 
 namespace cairn::hal {
 
-/// Where the app wants the images: packed rows, `capacity` bytes for each side.
+/// Where the app wants the images: packed rows, `capacity` bytes for each side; 0 to let a pair go.
 struct StereoBuffer {
   std::uint8_t* left;
   std::uint8_t* right;
@@ -15,7 +16,7 @@ struct StereoBuffer {
 
 /// What came. A side that is missing, or larger than the buffer and so not copied, has width 0.
 struct StereoInfo {
-  std::uint32_t number = 0;         ///< of the pair, rising; gaps are dropped pairs
+  std::uint32_t number = 0;  ///< of the pair, rising; gaps are dropped pairs
   std::uint64_t t_capture_us = 0;
   int left_width = 0;
   int left_height = 0;

@@ -1,7 +1,8 @@
 /// The cyclic executive's table. A minor frame is one stereo pair; `kMinorFrames` of them are a major frame.
 ///
-/// In each minor frame the rows run in order, each with its own budget of operations (core/work_budget.hpp). A row that
-/// runs out of it before its work is done is an overrun, counted; what follows from it is told beside each task.
+/// In each minor frame the rows run in order, each with its own budget of operations (core/work_budget.hpp).
+/// A row that runs out of it before its work is done is an overrun, counted; what follows from it is told
+/// beside each task.
 #pragma once
 
 #include <cstdint>
@@ -15,44 +16,46 @@ enum class Task : std::uint8_t {
   kBoulders,  ///< an overrun is abandoned: the frame adds nothing to the local map
   kFixBegin,  ///< snapshot of the local map and the orbital boulders near the rover
   kFix,       ///< registration, spread over several minor frames; goes on in the next one
-  kFixApply,  ///< the correction, at this frame and no other; a registration that is not done is late, and counted
+  kFixApply,  ///< the correction, at this frame and no other; a registration that is not done is late, and
+              ///< counted
 };
 inline constexpr int kTasks = 5;
 
 struct ScheduleRow {
   Task task;
-  int first_minor;    ///< of the major frame, 0 ...
+  int first_minor;  ///< of the major frame, 0 ...
   int last_minor;
   std::uint32_t ops;  ///< in each of these minor frames
 };
 
 inline constexpr int kMinorFrames = 30;  ///< a fix every 30 frames (METHOD, pipeline step 3)
 
-/// About twice what the sample drive takes in its longest frame (`make bench` prints it); work on images grows with them.
+/// About twice what the sample drive takes in its longest frame (`make bench` prints it); work on images
+/// grows with them.
 inline constexpr std::uint32_t kOpsPerPixel = 400;
 inline constexpr std::uint32_t kImageOps = kOpsPerPixel * static_cast<std::uint32_t>(kImagePixels);
 
 inline constexpr ScheduleRow kSchedule[] = {
-    {Task::kVo, 0, 29, kImageOps},
-    {Task::kBoulders, 0, 29, kImageOps},
-    {Task::kFixBegin, 24, 24, 200'000},
-    {Task::kFix, 24, 28, 1'000'000},
-    {Task::kFixApply, 29, 29, 10'000},
+    {Task::kVo, 0, 29, kImageOps},   {Task::kBoulders, 0, 29, kImageOps}, {Task::kFixBegin, 24, 24, 200'000},
+    {Task::kFix, 24, 28, 1'000'000}, {Task::kFixApply, 29, 29, 10'000},
 };
 inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 
-/// Operations that one call of the executive's cycle may spend: how long the caller's main loop may be held up.
+/// Operations that one call of the executive's cycle may spend: how long the caller's main loop may be held
+/// up.
 inline constexpr std::uint32_t kSliceOps = 2'000'000;
 
 constexpr bool schedule_is_sound() {
-  if (kSchedule[0].task != Task::kVo || kSchedule[0].first_minor != 0 || kSchedule[0].last_minor != kMinorFrames - 1) {
+  if (kSchedule[0].task != Task::kVo || kSchedule[0].first_minor != 0 ||
+      kSchedule[0].last_minor != kMinorFrames - 1) {
     return false;  // VO first, in every minor frame
   }
   int begin = -1;
   int work = -1;
   int apply = -1;
   for (const ScheduleRow& row : kSchedule) {
-    if (row.first_minor < 0 || row.last_minor < row.first_minor || row.last_minor >= kMinorFrames || row.ops == 0) {
+    if (row.first_minor < 0 || row.last_minor < row.first_minor || row.last_minor >= kMinorFrames ||
+        row.ops == 0) {
       return false;
     }
     if (row.task == Task::kFixBegin) begin = row.last_minor;
@@ -61,6 +64,7 @@ constexpr bool schedule_is_sound() {
   }
   return begin >= 0 && work >= begin && apply > work;
 }
-static_assert(schedule_is_sound(), "schedule: VO first and always; a fix begins before it is worked on and applied");
+static_assert(schedule_is_sound(),
+              "schedule: VO first and always; a fix begins before it is worked on and applied");
 
 }  // namespace cairn::cfg

@@ -3,9 +3,13 @@
 namespace cairn::app {
 namespace {
 
-std::uint32_t saturated(std::uint64_t ops) { return ops < UINT32_MAX ? static_cast<std::uint32_t>(ops) : UINT32_MAX; }
+std::uint32_t saturated(std::uint64_t ops) {
+  return ops < UINT32_MAX ? static_cast<std::uint32_t>(ops) : UINT32_MAX;
+}
 
-bool active(const cfg::ScheduleRow& row, int minor) { return minor >= row.first_minor && minor <= row.last_minor; }
+bool active(const cfg::ScheduleRow& row, int minor) {
+  return minor >= row.first_minor && minor <= row.last_minor;
+}
 
 }  // namespace
 
@@ -44,7 +48,8 @@ Progress Executive::run(Localizer& localizer, WorkBudget& slice) {
       std::uint32_t& total = work_.ops[static_cast<int>(row.task)];
       total = saturated(static_cast<std::uint64_t>(total) + spent);
       // A registration may take all its minor frames; whether it was late is told when it is due.
-      if (!done && row_left_ == 0 && row.task != cfg::Task::kFix) ++counts_.overruns[static_cast<int>(row.task)];
+      if (!done && row_left_ == 0 && row.task != cfg::Task::kFix)
+        ++counts_.overruns[static_cast<int>(row.task)];
       over = done || row_left_ == 0;
     }
     if (!over) continue;
@@ -74,7 +79,8 @@ Progress Executive::step(Localizer& localizer, cfg::Task task, WorkBudget& budge
     case cfg::Task::kFixApply:
       localizer.apply_fix();
       fix_closed_ = true;
-      if (localizer.last_fix().status == FixStatus::kLate) ++counts_.overruns[static_cast<int>(cfg::Task::kFix)];
+      if (localizer.last_fix().status == FixStatus::kLate)
+        ++counts_.overruns[static_cast<int>(cfg::Task::kFix)];
       budget.charge(1);
       return Progress::kDone;
   }

@@ -1,7 +1,8 @@
-/// The cyclic executive: walks the schedule table of mission_cfg, a minor frame a stereo pair, in slices of operations.
+/// The cyclic executive: walks the schedule table of mission_cfg, a minor frame a stereo pair, in slices of
+/// operations.
 ///
-/// What is done when depends only on the table and on what the tasks themselves ask for, not on how the caller slices: the
-/// results are the same to the bit for every slice, as long as no row overruns its budget.
+/// What is done when depends only on the table and on what the tasks themselves ask for, not on how the
+/// caller slices: the results are the same to the bit for every slice, as long as no row overruns its budget.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@
 namespace cairn::app {
 
 struct ExecutiveCounts {
-  std::uint32_t overruns[cfg::kTasks] = {};   ///< by task
-  std::uint32_t dropped_pairs = 0;            ///< pairs that came while VO was still at the one before
+  std::uint32_t overruns[cfg::kTasks] = {};  ///< by task
+  std::uint32_t dropped_pairs = 0;           ///< pairs that came while VO was still at the one before
 };
 
 /// What the last minor frame took.
@@ -26,14 +27,16 @@ class Executive {
  public:
   void init();
 
-  /// Begins a minor frame with a new pair (borrowed until the next one). Where VO has not finished the pair before, this one
-  /// is dropped and counted, and VO goes on.
+  /// Begins a minor frame with a new pair (borrowed until the next one). Where VO has not finished the pair
+  /// before, this one is dropped and counted, and VO goes on.
   LocalizerStatus begin_minor(Localizer& localizer, const ImageU8& left, const ImageU8& right,
                               const Pose3* motion_prior);
   /// Goes on with the minor frame; kDone when all its rows are through.
   Progress run(Localizer& localizer, WorkBudget& slice);
 
   bool busy() const { return busy_; }
+  /// VO is still at the pair before: the next one will be dropped, and the images must stay as they are.
+  bool vo_open() const { return vo_open_; }
   /// True where the minor frame that just ended closed a registration.
   bool fix_closed() const { return fix_closed_; }
   /// 0 ... kMinorFrames - 1, of the minor frame that runs or ran last.

@@ -17,7 +17,8 @@ StereoRig mission_rig() {
   rig.cx_px = cfg::kMission.cx_px;
   rig.cy_px = cfg::kMission.cy_px;
   rig.baseline_m = cfg::kMission.baseline_m;
-  rig.T_rover_cam = mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
+  rig.T_rover_cam =
+      mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
   return rig;
 }
 
@@ -95,6 +96,12 @@ bool FlightApp::validate_map(WorkBudget& slice) {
 
 bool FlightApp::take_pair() {
   hal::StereoInfo info;
+  if (executive_.vo_open()) {
+    // VO still reads the images: the new pair goes nowhere, and the minor frame is spent on the old one.
+    if (!hal::camera_take({nullptr, nullptr, 0}, info)) return false;
+    (void)executive_.begin_minor(localizer_, ImageU8(), ImageU8(), nullptr);
+    return true;
+  }
   if (!hal::camera_take({left_, right_, sizeof left_}, info)) return false;
   const auto view = [](const std::uint8_t* data, int width, int height) {
     const bool fits = width > 0 && height > 0 && width <= cfg::kImageWidth && height <= cfg::kImageHeight;
@@ -102,11 +109,12 @@ bool FlightApp::take_pair() {
   };
   pair_number_ = info.number;
   pair_time_us_ = info.t_capture_us;
-  const LocalizerStatus status =
-      executive_.begin_minor(localizer_, view(left_, info.left_width, info.left_height),
-                             view(right_, info.right_width, info.right_height), have_prior_ ? &prior_ : nullptr);
+  const LocalizerStatus status = executive_.begin_minor(
+      localizer_, view(left_, info.left_width, info.left_height),
+      view(right_, info.right_width, info.right_height), have_prior_ ? &prior_ : nullptr);
   have_prior_ = false;
-  if (status != LocalizerStatus::kReady) report_minor();  // no start pose: the report says so, and nothing moves
+  if (status != LocalizerStatus::kReady)
+    report_minor();  // no start pose: the report says so, and nothing moves
   return true;
 }
 
@@ -141,7 +149,7 @@ void FlightApp::report_minor() {
   r.fix_ops = work.ops[static_cast<int>(cfg::Task::kFix)];
   send(r);
   if (executive_.fix_closed()) report_fix();
-  if (executive_.minor() == cfg::kMinorFrames - 1) report_health();
+  if (localizer_.health().frames > 0 && executive_.minor() == cfg::kMinorFrames - 1) report_health();
 }
 
 void FlightApp::report_fix() {

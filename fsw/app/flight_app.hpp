@@ -1,9 +1,10 @@
-/// The flight module as a whole: images and commands in through `hal`, telemetry out. All its memory is in this object, and
-/// the one instance of it is `cairn::app::root`.
+/// The flight module as a whole: images and commands in through `hal`, telemetry out. All its memory is in
+/// this object, and the one instance of it is `cairn::app::root`.
 ///
-/// The platform calls `cycle` from its main loop, as often as it can; each call spends about cfg::kSliceOps operations, so
-/// that other work of the processor is never held up longer. A cycle: kick the watchdog, take one telecommand, go on with the
-/// validation of a map, go on with the minor frame, or, where that is done, report it and take the next pair.
+/// The platform calls `cycle` from its main loop, as often as it can; each call spends about cfg::kSliceOps
+/// operations, so that other work of the processor is never held up longer. A cycle: kick the watchdog, take
+/// one telecommand, go on with the validation of a map, go on with the minor frame, or, where that is done,
+/// report it and take the next pair.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +44,7 @@ class FlightApp {
  private:
   void take_command();
   CommandStatus carry_out(const Command& command, std::uint8_t& detail);
-  bool validate_map(WorkBudget& slice);   ///< false: nothing to do
+  bool validate_map(WorkBudget& slice);  ///< false: nothing to do
   bool take_pair();
   void report_minor();
   void report_fix();

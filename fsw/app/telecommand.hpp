@@ -1,4 +1,5 @@
-/// Telecommands: their content and coding, which the ground tools share. Framing as in app/telemetry.hpp; doc/ICD.md.
+/// Telecommands: their content and coding, which the ground tools share. Framing as in app/telemetry.hpp;
+/// doc/ICD.md.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +20,15 @@ enum class CommandType : std::uint8_t {
 struct Command {
   CommandType type = CommandType::kLoadMap;
   std::uint32_t sequence = 0;
-  Pose3 pose;          ///< kSetStart, kMotionPrior; taken as it comes: who uses it judges it
+  Pose3 pose;             ///< kSetStart, kMotionPrior; taken as it comes: who uses it judges it
   double number[2] = {};  ///< kSetStart: sigmas; kSetTrim: scale, yaw
 };
 
-enum class [[nodiscard]] CommandStatus : std::uint8_t {
-  kAccepted,
-  kBadPacket,    ///< size, version or CRC
-  kUnknownType,
-  kRefused,      ///< well formed, but its content was not accepted; the detail tells by whom
+enum class [[nodiscard]] CommandStatus : std::uint8_t{
+    kAccepted,
+    kBadPacket,  ///< size, version or CRC
+    kUnknownType,
+    kRefused,  ///< well formed, but its content was not accepted; the detail tells by whom
 };
 
 void encode(const Command& command, Packet& out);

@@ -152,10 +152,12 @@ void encode(const HealthReport& report, std::uint32_t sequence, Packet& out) {
   encode_as(PacketType::kHealth, report, sequence, out);
 }
 
-PacketStatus check_packet(const std::uint8_t* bytes, std::size_t size, PacketType& type, std::uint32_t& sequence) {
+PacketStatus check_packet(const std::uint8_t* bytes, std::size_t size, PacketType& type,
+                          std::uint32_t& sequence) {
   if (bytes == nullptr || size < kPacketHeaderBytes + kPacketCrcBytes) return PacketStatus::kTooShort;
   if (be::get_u16(bytes + 2) != size) return PacketStatus::kBadSize;
-  if (crc32(bytes, size - kPacketCrcBytes) != be::get_u32(bytes + size - kPacketCrcBytes)) return PacketStatus::kBadCrc;
+  if (crc32(bytes, size - kPacketCrcBytes) != be::get_u32(bytes + size - kPacketCrcBytes))
+    return PacketStatus::kBadCrc;
   if (bytes[1] != kPacketVersion) return PacketStatus::kBadVersion;
   type = static_cast<PacketType>(bytes[0]);
   sequence = be::get_u32(bytes + 4);

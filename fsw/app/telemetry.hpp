@@ -1,7 +1,8 @@
 /// Telemetry packets: their content, and their coding, which the ground tools share. Every byte: doc/ICD.md.
 ///
-/// A packet is big-endian: type u8, version u8 (1), size u16 of the whole packet, sequence u32, body, CRC-32 of all before it.
-/// Floating point travels as IEEE 754. A pose is t (x, y, z, m) and q (w, x, y, z), seven f64.
+/// A packet is big-endian: type u8, version u8 (1), size u16 of the whole packet, sequence u32, body, CRC-32
+/// of all before it. Floating point travels as IEEE 754. A pose is t (x, y, z, m) and q (w, x, y, z), seven
+/// f64.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +20,13 @@ using Packet = FixedVector<std::uint8_t, kMaxPacketBytes>;
 
 /// After each minor frame.
 struct FrameReport {
-  std::uint32_t number = 0;          ///< of the stereo pair
+  std::uint32_t number = 0;  ///< of the stereo pair
   std::uint64_t t_capture_us = 0;
-  std::uint8_t pose_source = 0;      ///< PoseSource
-  std::uint8_t vo_status = 0;        ///< VoStatus
-  std::uint8_t boulder_status = 0;   ///< ObserveStatus
-  Pose3 T_map_cam_vo;                ///< VO alone
-  Pose3 T_map_cam;                   ///< corrected
+  std::uint8_t pose_source = 0;     ///< PoseSource
+  std::uint8_t vo_status = 0;       ///< VoStatus
+  std::uint8_t boulder_status = 0;  ///< ObserveStatus
+  Pose3 T_map_cam_vo;               ///< VO alone
+  Pose3 T_map_cam;                  ///< corrected
   float sigma_xy_m = 0.0F;
   float sigma_yaw_rad = 0.0F;
   std::uint16_t features_left = 0;
@@ -36,10 +37,10 @@ struct FrameReport {
   float rms_px = 0.0F;
   std::uint16_t regions = 0;
   std::uint16_t evident_regions = 0;
-  std::uint16_t boulders = 0;        ///< sighted in this frame
+  std::uint16_t boulders = 0;  ///< sighted in this frame
   std::uint16_t boulders_matched = 0;
-  float scale = 0.0F;                ///< VO's rates as the fixes tell them: k, and ...
-  float turn_rad_per_m = 0.0F;       ///< ... w (localizer/pose_fusion.hpp)
+  float scale = 0.0F;           ///< VO's rates as the fixes tell them: k, and ...
+  float turn_rad_per_m = 0.0F;  ///< ... w (localizer/pose_fusion.hpp)
   std::uint32_t vo_ops = 0;
   std::uint32_t boulder_ops = 0;
   std::uint32_t fix_ops = 0;
@@ -47,10 +48,10 @@ struct FrameReport {
 
 /// After each registration, whatever came of it.
 struct FixReport {
-  std::uint32_t number = 0;          ///< stereo pair at which it was applied or declined
-  std::uint8_t status = 0;           ///< FixStatus
+  std::uint32_t number = 0;  ///< stereo pair at which it was applied or declined
+  std::uint8_t status = 0;   ///< FixStatus
   std::uint8_t map_window_full = 0;
-  double dx_m = 0.0;                 ///< correction of the rover in map: new minus old
+  double dx_m = 0.0;  ///< correction of the rover in map: new minus old
   double dy_m = 0.0;
   double dyaw_rad = 0.0;
   double scale = 1.0;
@@ -68,7 +69,7 @@ struct FixReport {
 /// A boulder of the local map, after each registration.
 struct BoulderReport {
   std::uint32_t id = 0;
-  double x_m = 0.0;                  ///< map
+  double x_m = 0.0;  ///< map
   double y_m = 0.0;
   double z_m = 0.0;
   float diameter_m = 0.0F;
@@ -80,8 +81,8 @@ struct BoulderReport {
 struct AckReport {
   std::uint32_t command_sequence = 0;
   std::uint8_t command_type = 0;
-  std::uint8_t status = 0;           ///< CommandStatus
-  std::uint8_t detail = 0;           ///< LocalizerStatus or MapStatus where one refused
+  std::uint8_t status = 0;  ///< CommandStatus
+  std::uint8_t detail = 0;  ///< LocalizerStatus or MapStatus where one refused
 };
 
 /// Counts since the start, once a major frame.
@@ -90,7 +91,7 @@ struct HealthReport {
   std::uint32_t vo[10] = {};
   std::uint32_t boulders[7] = {};
   std::uint32_t fixes[12] = {};
-  std::uint32_t overruns[5] = {};    ///< by cfg::Task
+  std::uint32_t overruns[5] = {};  ///< by cfg::Task
   std::uint32_t extrapolated = 0;
   std::uint32_t abandoned_boulders = 0;
   std::uint32_t dropped_tracks = 0;
@@ -98,7 +99,7 @@ struct HealthReport {
   std::uint32_t bad_priors = 0;
   std::uint32_t bad_commands = 0;
   std::uint32_t lost_packets = 0;
-  std::uint8_t map_status = 0;       ///< MapStatus
+  std::uint8_t map_status = 0;  ///< MapStatus
 };
 
 void encode(const FrameReport& report, std::uint32_t sequence, Packet& out);
@@ -107,17 +108,16 @@ void encode(const BoulderReport& report, std::uint32_t sequence, Packet& out);
 void encode(const AckReport& report, std::uint32_t sequence, Packet& out);
 void encode(const HealthReport& report, std::uint32_t sequence, Packet& out);
 
-enum class [[nodiscard]] PacketStatus : std::uint8_t {
-  kGood,
-  kTooShort,
-  kBadSize,      ///< the size field disagrees with what came, or with the type
-  kBadCrc,
-  kBadVersion,
-  kOtherType,    ///< a good packet, but not of the type asked for
+enum class [[nodiscard]] PacketStatus : std::uint8_t{
+    kGood,      kTooShort,
+    kBadSize,  ///< the size field disagrees with what came, or with the type
+    kBadCrc,    kBadVersion,
+    kOtherType,  ///< a good packet, but not of the type asked for
 };
 
 /// Checks size, version and CRC; `type` and `sequence` of a good packet.
-PacketStatus check_packet(const std::uint8_t* bytes, std::size_t size, PacketType& type, std::uint32_t& sequence);
+PacketStatus check_packet(const std::uint8_t* bytes, std::size_t size, PacketType& type,
+                          std::uint32_t& sequence);
 PacketStatus decode(const std::uint8_t* bytes, std::size_t size, FrameReport& out);
 PacketStatus decode(const std::uint8_t* bytes, std::size_t size, FixReport& out);
 PacketStatus decode(const std::uint8_t* bytes, std::size_t size, BoulderReport& out);

@@ -35,7 +35,8 @@ struct PlaneSums {
     xz += weight * px * pz;
     yz += weight * py * pz;
   }
-  /// Slopes about the centroid, held to zero by a prior of (0.01 m)^2 on the spread: few points in a row fix no tilt.
+  /// Slopes about the centroid, held to zero by a prior of (0.01 m)^2 on the spread: few points in a row fix
+  /// no tilt.
   void solve(double& a, double& b, double& c) const {
     const double mx = x / w;
     const double my = y / w;
@@ -53,7 +54,8 @@ struct PlaneSums {
 
 }  // namespace
 
-EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const RegionBoxes& regions, SurfacePoints& points) {
+EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const RegionBoxes& regions,
+                                  SurfacePoints& points) {
   params_ = params;
   regions_ = &regions;
   points_ = &points;
@@ -114,7 +116,8 @@ void EvidenceJob::judge(const RegionBox& region) {
   ++boulders_;
   for (std::size_t i = begin; i < end; ++i) {
     SurfacePoint& p = (*points_)[i];
-    const bool candidate = p.label == region.label || (p.label == 0 && p.u >= near.u_min && p.u <= near.u_max);
+    const bool candidate =
+        p.label == region.label || (p.label == 0 && p.u >= near.u_min && p.u <= near.u_max);
     if (candidate && is_raised(p)) p.raised = true;
   }
 }

@@ -1,13 +1,15 @@
 /// Which regions are boulders? Those whose 3D points stand above the local ground.
 ///
-/// Regions of one intensity (METHOD B.2) also hold sand, mineral patches and shadows, so each is tested: a plane
+/// Regions of one intensity (METHOD B.2) also hold sand, mineral patches and shadows, so each is tested: a
+/// plane
 ///   z = a (x - x_0) + b (y - y_0) + c
-/// is fitted to the points around the region (its box widened by half its size), robustly and one-sidedly, since what is
-/// not ground there stands above it: weight (1 + (r/s)^2)^-2 above the plane and (1 + (r/2s)^2)^-1 below, ten
-/// iterations. A point is raised where it stands `min_height_m` and three standard deviations above that plane. A region
-/// with `min_raised` raised points of its own, and one at least `min_top_m` high, is a boulder's; then the points
-/// around it that carry no label but are raised as well belong to it too (a lit face often has the ground's grey). Without
-/// `test_height` every region's points count: that is the paper's variant.
+/// is fitted to the points around the region (its box widened by half its size), robustly and one-sidedly,
+/// since what is not ground there stands above it: weight (1 + (r/s)^2)^-2 above the plane and (1 +
+/// (r/2s)^2)^-1 below, ten iterations. A point is raised where it stands `min_height_m` and three standard
+/// deviations above that plane. A region with `min_raised` raised points of its own, and one at least
+/// `min_top_m` high, is a boulder's; then the points around it that carry no label but are raised as well
+/// belong to it too (a lit face often has the ground's grey). Without `test_height` every region's points
+/// count: that is the paper's variant.
 ///
 /// Frame: `site`, z up, metres. Heights are vertical.
 #pragma once
@@ -27,8 +29,8 @@ struct SurfacePoint {
   float sigma_height_m = 0.0F;  ///< standard deviation of its height
   std::int16_t u = 0;           ///< pixel of the left image
   std::int16_t v = 0;
-  std::uint8_t label = 0;       ///< region, 1 ...; 0: none
-  bool raised = false;          ///< out: belongs to a boulder
+  std::uint8_t label = 0;  ///< region, 1 ...; 0: none
+  bool raised = false;     ///< out: belongs to a boulder
 };
 inline constexpr std::size_t kMaxSurfacePoints = cfg::kMaxProbes;
 /// In scan order: rows of equal v, u rising.
@@ -45,7 +47,7 @@ struct RegionBox {
 using RegionBoxes = FixedVector<RegionBox, cfg::kMaxLabels>;
 
 struct EvidenceParams {
-  bool test_height = true;       ///< false: the paper's regions as they are
+  bool test_height = true;  ///< false: the paper's regions as they are
   double min_height_m = cfg::kMission.boulder_min_height_m;
   double min_top_m = cfg::kMission.boulder_min_top_m;
   int min_raised = 2;
@@ -53,11 +55,9 @@ struct EvidenceParams {
   double plane_scale_m = 0.015;  ///< s above: roughness of ground that is no boulder
 };
 
-enum class [[nodiscard]] EvidenceStatus : std::uint8_t {
-  kIdle,
-  kRunning,
-  kDone,
-  kNoPoints,  ///< no surface point: nothing can be said
+enum class [[nodiscard]] EvidenceStatus : std::uint8_t{
+    kIdle, kRunning, kDone,
+    kNoPoints,  ///< no surface point: nothing can be said
 };
 
 class EvidenceJob {

@@ -23,7 +23,8 @@ ObserveStatus BoulderObserver::start(const ImageU8& left, const ImageU8& right, 
   right_ = right;
   plane_ = plane;
   T_site_cam_ = T_site_cam;
-  const bool fit = is_valid(T_site_cam) && probe_.start(params_.probe, left, right, plane) == ProbeStatus::kRunning;
+  const bool fit =
+      is_valid(T_site_cam) && probe_.start(params_.probe, left, right, plane) == ProbeStatus::kRunning;
   if (!fit) return status_ = ObserveStatus::kBadInput;
   switch (segmentation_.start(params_.segmentation, left)) {
     case SegmentationStatus::kRunning: return status_ = ObserveStatus::kRunning;
@@ -114,9 +115,9 @@ void BoulderObserver::begin_evidence() {
   counts_.regions = static_cast<int>(segmentation_.regions().size());
   boxes_.clear();
   for (const Region& r : segmentation_.regions()) {
-    const bool fits = boxes_.push_back({r.label, static_cast<std::int16_t>(r.u_min_px),
-                                        static_cast<std::int16_t>(r.u_max_px), static_cast<std::int16_t>(r.v_min_px),
-                                        static_cast<std::int16_t>(r.v_max_px)});
+    const bool fits = boxes_.push_back(
+        {r.label, static_cast<std::int16_t>(r.u_min_px), static_cast<std::int16_t>(r.u_max_px),
+         static_cast<std::int16_t>(r.v_min_px), static_cast<std::int16_t>(r.v_max_px)});
     CAIRN_ASSERT(fits);
   }
   if (evidence_.start(params_.evidence, boxes_, surface_) != EvidenceStatus::kRunning) {
@@ -226,7 +227,8 @@ void BoulderObserver::begin_vote() {
     const Vec3 p = T_cam_site * m.p_site_m;
     if (!(p.z() > 0.05)) continue;
     const StereoPixel px = project(rig_, p);
-    if (!(px.u_left >= 0.0 && px.v_left >= 0.0 && px.u_left < rig_.width_px && px.v_left < rig_.height_px)) continue;
+    if (!(px.u_left >= 0.0 && px.v_left >= 0.0 && px.u_left < rig_.width_px && px.v_left < rig_.height_px))
+      continue;
     const std::uint8_t now = grid_[static_cast<int>(px.v_left) / StereoProbeJob::kSpacing * kGridColumns +
                                    static_cast<int>(px.u_left) / StereoProbeJob::kSpacing];
     if (now != 0 && !voting_.add_vote(m.sighting, now)) CAIRN_ASSERT(false);

@@ -1,13 +1,14 @@
 /// Boulders of one stereo frame, and which of the frame before they go on (METHOD B.2).
 ///
-/// Segmentation of the left image; disparities on a grid; test of each region for standing above the ground; clustering of
-/// the raised 3D points, which merges the regions of one boulder (lit face, shaded face) and separates what one region
-/// joined; voting between the raised points of the last frame, carried over by VO, and the boulders of this one;
-/// assignment.
+/// Segmentation of the left image; disparities on a grid; test of each region for standing above the ground;
+/// clustering of the raised 3D points, which merges the regions of one boulder (lit face, shaded face) and
+/// separates what one region joined; voting between the raised points of the last frame, carried over by VO,
+/// and the boulders of this one; assignment.
 ///
-/// Where a boulder is. The mean of its points lies on the side that faces the camera: the far side is hidden. `kMean` is
-/// that mean, the paper's choice. `kFootprint` takes what is seen whole, the near edge and the width across the line of
-/// sight, and puts the centre half a width behind the near edge (boulders are about as deep as they are wide).
+/// Where a boulder is. The mean of its points lies on the side that faces the camera: the far side is hidden.
+/// `kMean` is that mean, the paper's choice. `kFootprint` takes what is seen whole, the near edge and the
+/// width across the line of sight, and puts the centre half a width behind the near edge (boulders are about
+/// as deep as they are wide).
 #pragma once
 
 #include <cstdint>
@@ -30,8 +31,8 @@ struct BoulderParams {
   ClusteringParams clustering{Linkage::kSingle, cfg::kMission.boulder_cut_m};
   BoulderCentre centre = BoulderCentre::kFootprint;
   double max_range_m = cfg::kMission.boulder_max_range_m;
-  double probe_sigma_px = 0.25;   ///< of a probed disparity
-  int min_points = 3;             ///< of a cluster
+  double probe_sigma_px = 0.25;  ///< of a probed disparity
+  int min_points = 3;            ///< of a cluster
   int min_votes = 1;
 };
 
@@ -42,18 +43,17 @@ struct BoulderSighting {
   float spread_m = 0.0F;                ///< root mean square distance of its points from their mean
   float range_m = 0.0F;                 ///< horizontal distance from the camera
   std::uint16_t points = 0;
-  std::uint8_t previous = 0;            ///< sighting of the last frame that it goes on, plus 1; 0: new
+  std::uint8_t previous = 0;  ///< sighting of the last frame that it goes on, plus 1; 0: new
 };
 using BoulderSightings = FixedVector<BoulderSighting, cfg::kMaxLabels>;
 
-enum class [[nodiscard]] ObserveStatus : std::uint8_t {
-  kIdle,
-  kRunning,
-  kBoulders,      ///< result() holds at least one
-  kNoBoulders,    ///< nothing stands above the ground; no fault
-  kNoRegions,     ///< segmentation found none: black or saturated image, or noise
-  kNoPoints,      ///< no disparities
-  kBadInput,      ///< images of the wrong size, or a pose or plane that is not valid
+enum class [[nodiscard]] ObserveStatus : std::uint8_t{
+    kIdle,       kRunning,
+    kBoulders,    ///< result() holds at least one
+    kNoBoulders,  ///< nothing stands above the ground; no fault
+    kNoRegions,   ///< segmentation found none: black or saturated image, or noise
+    kNoPoints,    ///< no disparities
+    kBadInput,    ///< images of the wrong size, or a pose or plane that is not valid
 };
 
 struct ObserveCounts {
@@ -63,7 +63,7 @@ struct ObserveCounts {
   int raised = 0;          ///< points
   int dropped_points = 0;  ///< raised points without room
   int dropped_boulders = 0;
-  int matched = 0;         ///< boulders that go on one of the last frame
+  int matched = 0;  ///< boulders that go on one of the last frame
 };
 
 class BoulderObserver {
@@ -121,10 +121,10 @@ class BoulderObserver {
   ClusteringJob clustering_;
   BoulderSightings sightings_;
   VotingJob voting_;
-  FixedVector<Member, cfg::kMaxClusterPoints> last_members_;   ///< raised points of the last frame
+  FixedVector<Member, cfg::kMaxClusterPoints> last_members_;  ///< raised points of the last frame
   int last_sightings_ = 0;
-  std::uint8_t sighting_of_[cfg::kMaxClusterPoints] = {};      ///< by cluster, index + 1; 0: too small
-  std::uint8_t grid_[kGridRows * kGridColumns] = {};           ///< sighting at each probe, index + 1
+  std::uint8_t sighting_of_[cfg::kMaxClusterPoints] = {};  ///< by cluster, index + 1; 0: too small
+  std::uint8_t grid_[kGridRows * kGridColumns] = {};       ///< sighting at each probe, index + 1
 };
 
 }  // namespace cairn

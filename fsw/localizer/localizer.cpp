@@ -54,7 +54,8 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
 
 LocalizerStatus Localizer::set_start(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad) {
   const auto positive = [](double v) { return v > 0.0 && std::isfinite(v); };
-  if (!is_valid(T_map_rover) || !positive(sigma_xy_m) || !positive(sigma_yaw_rad)) return LocalizerStatus::kBadPose;
+  if (!is_valid(T_map_rover) || !positive(sigma_xy_m) || !positive(sigma_yaw_rad))
+    return LocalizerStatus::kBadPose;
   // The site's origin lies at the start, its axes are the map's as far as the start pose knows them.
   T_map_site_start_ = {T_map_rover.t.x(), T_map_rover.t.y(), 0.0};
   T_map_site_ = T_map_site_start_;
@@ -182,13 +183,12 @@ void Localizer::begin_fix() {
   fix_prior_.sigma_yaw_rad = fusion_.sigma_yaw_rad();
   fix_pivot_map_m_ = rover_map.translation();
   const Vec2 pivot_site_m = planar(T_site_rover_).translation();
-  const IcpStatus status = icp_.start(params_.icp, map_window_, local_map_, T_map_site_, pivot_site_m, fix_prior_);
+  const IcpStatus status =
+      icp_.start(params_.icp, map_window_, local_map_, T_map_site_, pivot_site_m, fix_prior_);
   if (status != IcpStatus::kRunning) finish_fix(fix_status(status));
 }
 
-Progress Localizer::step_fix(WorkBudget& budget) {
-  return fix_open_ ? icp_.step(budget) : Progress::kDone;
-}
+Progress Localizer::step_fix(WorkBudget& budget) { return fix_open_ ? icp_.step(budget) : Progress::kDone; }
 
 void Localizer::apply_fix() {
   if (!fix_open_) return;
@@ -206,7 +206,8 @@ void Localizer::apply_fix() {
     const Pose2 before = planar(T_map_rover());
     correct({result.dx_m, result.dy_m, result.dyaw_rad}, result.covariance);
     const Pose2 after = planar(T_map_rover());
-    fix_.correction = {after.x_m - before.x_m, after.y_m - before.y_m, wrap_angle(after.yaw_rad - before.yaw_rad)};
+    fix_.correction = {after.x_m - before.x_m, after.y_m - before.y_m,
+                       wrap_angle(after.yaw_rad - before.yaw_rad)};
   }
   finish_fix(status);
 }
@@ -231,7 +232,9 @@ void Localizer::finish_fix(FixStatus status) {
   ++health_.fixes[static_cast<std::size_t>(status)];
 }
 
-Pose3 Localizer::vo_T_map_cam() const { return lift(T_map_site_start_) * T_site_rover_vo_ * rig_.T_rover_cam; }
+Pose3 Localizer::vo_T_map_cam() const {
+  return lift(T_map_site_start_) * T_site_rover_vo_ * rig_.T_rover_cam;
+}
 
 Pose3 Localizer::T_map_rover() const { return lift(T_map_site_) * T_site_rover_; }
 

@@ -3,17 +3,20 @@
 /// Three tasks, each resumable, called by the executive of floor 5:
 ///   VO            every frame, first
 ///   boulders      every frame after VO; adds to the local map
-///   registration  when the schedule says: `begin_fix` takes a snapshot, steps register it, `apply_fix` corrects
-/// A fix is applied in the frame that the schedule names and not when it happens to be ready, so that the result is the same
-/// to the bit however the work is sliced.
+///   registration  when the schedule says: `begin_fix` takes a snapshot, steps register it, `apply_fix`
+///   corrects
+/// A fix is applied in the frame that the schedule names and not when it happens to be ready, so that the
+/// result is the same to the bit however the work is sliced.
 ///
-/// Frames (doc/FRAMES.md). VO runs in `site`. A fix changes only T_map_site, a planar motion, and thereby x, y and yaw of
-/// T_map_rover = lift(T_map_site) T_site_rover; height, pitch and roll stay VO's (METHOD section C). The local map lies in
-/// `site` and does not jump. VO alone, without map and fixes, is integrated beside it for comparison.
+/// Frames (doc/FRAMES.md). VO runs in `site`. A fix changes only T_map_site, a planar motion, and thereby x,
+/// y and yaw of T_map_rover = lift(T_map_site) T_site_rover; height, pitch and roll stay VO's (METHOD section
+/// C). The local map lies in `site` and does not jump. VO alone, without map and fixes, is integrated beside
+/// it for comparison.
 ///
-/// The correction. `kWeighted` gives the registration a Gaussian prior and weighs its result against VO (pose_fusion.hpp):
-/// a fix from few or ill placed boulders moves the pose little, and what fixes tell of VO's scale and turn is used on
-/// the steps to come. `kWhole` takes each fix whole: the paper's variant, which makes the early path worse than plain VO.
+/// The correction. `kWeighted` gives the registration a Gaussian prior and weighs its result against VO
+/// (pose_fusion.hpp): a fix from few or ill placed boulders moves the pose little, and what fixes tell of
+/// VO's scale and turn is used on the steps to come. `kWhole` takes each fix whole: the paper's variant,
+/// which makes the early path worse than plain VO.
 #pragma once
 
 #include <cstdint>
@@ -29,8 +32,8 @@ namespace cairn {
 
 enum class CorrectionMode : std::uint8_t { kWeighted, kWhole };
 
-/// Scale and turn that each VO step gets before anything else sees it: trims a rig whose baseline or toe-in is known to be
-/// off. Worsening VO on purpose, for trials, is the same thing.
+/// Scale and turn that each VO step gets before anything else sees it: trims a rig whose baseline or toe-in
+/// is known to be off. Worsening VO on purpose, for trials, is the same thing.
 struct StepTrim {
   double scale = 1.0;          ///< [0.5, 2]
   double yaw_rad_per_m = 0.0;  ///< added turn about the rover's z, [-0.1, 0.1]
@@ -46,16 +49,16 @@ struct LocalizerParams {
   double map_window_radius_m = cfg::kMission.map_window_radius_m;
 };
 
-/// The paper's own choices throughout, for comparison: plain keypoints and absolute orientation, regions without the test of
-/// height, means of points, similarity ICP, each fix taken whole.
+/// The paper's own choices throughout, for comparison: plain keypoints and absolute orientation, regions
+/// without the test of height, means of points, similarity ICP, each fix taken whole.
 LocalizerParams paper_params();
 
-enum class [[nodiscard]] LocalizerStatus : std::uint8_t {
-  kReady,       ///< accepted
-  kBadRig,      ///< rig not valid or larger than this build
-  kBadPose,     ///< NaN, infinity, a quaternion that is none, or a sigma that is not positive
-  kBadTrim,     ///< out of range
-  kNoStart,     ///< no start pose was given yet
+enum class [[nodiscard]] LocalizerStatus : std::uint8_t{
+    kReady,    ///< accepted
+    kBadRig,   ///< rig not valid or larger than this build
+    kBadPose,  ///< NaN, infinity, a quaternion that is none, or a sigma that is not positive
+    kBadTrim,  ///< out of range
+    kNoStart,  ///< no start pose was given yet
 };
 
 /// How the pose of a frame came about.
@@ -68,28 +71,28 @@ enum class PoseSource : std::uint8_t {
 };
 
 /// What became of a registration: one cause each.
-enum class [[nodiscard]] FixStatus : std::uint8_t {
-  kNone,             ///< none yet
-  kRunning,          ///< begun
-  kApplied,          ///< the pose was corrected
-  kNoMap,            ///< no usable orbital map
-  kNoMapBoulders,    ///< none near the rover
-  kNoLocalBoulders,  ///< nothing to register
-  kTooFewPairs,
-  kWeakGeometry,
-  kIterationLimit,
-  kBeyondLimit,
-  kBadInput,
-  kLate,             ///< not finished in its time: overrun
+enum class [[nodiscard]] FixStatus : std::uint8_t{
+    kNone,             ///< none yet
+    kRunning,          ///< begun
+    kApplied,          ///< the pose was corrected
+    kNoMap,            ///< no usable orbital map
+    kNoMapBoulders,    ///< none near the rover
+    kNoLocalBoulders,  ///< nothing to register
+    kTooFewPairs,
+    kWeakGeometry,
+    kIterationLimit,
+    kBeyondLimit,
+    kBadInput,
+    kLate,  ///< not finished in its time: overrun
 };
 
 struct FixRecord {
-  std::uint32_t frame = 0;         ///< of the snapshot
+  std::uint32_t frame = 0;  ///< of the snapshot
   FixStatus status = FixStatus::kNone;
-  Pose2 correction;                ///< of the rover's pose in map: new minus old (x, y, yaw)
+  Pose2 correction;  ///< of the rover's pose in map: new minus old (x, y, yaw)
   double scale = 1.0;
   double rms_m = 0.0;
-  double sigma_xy_m = 0.0;         ///< after the fix
+  double sigma_xy_m = 0.0;  ///< after the fix
   double sigma_yaw_rad = 0.0;
   std::uint16_t local_boulders = 0;
   std::uint16_t map_boulders = 0;
@@ -102,9 +105,9 @@ struct FixRecord {
 
 struct LocalizerHealth {
   std::uint32_t frames = 0;
-  std::uint32_t vo[10] = {};         ///< by VoStatus
-  std::uint32_t boulders[7] = {};    ///< by ObserveStatus
-  std::uint32_t fixes[12] = {};      ///< by FixStatus
+  std::uint32_t vo[10] = {};       ///< by VoStatus
+  std::uint32_t boulders[7] = {};  ///< by ObserveStatus
+  std::uint32_t fixes[12] = {};    ///< by FixStatus
   std::uint32_t extrapolated = 0;
   std::uint32_t abandoned_boulders = 0;  ///< frames whose boulders were not finished in time
   std::uint32_t dropped_tracks = 0;
@@ -114,14 +117,16 @@ struct LocalizerHealth {
 class Localizer {
  public:
   LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);
-  /// Declares where the rover is: T_map_rover, with what it is uncertain by. Starts a new site and forgets boulders.
+  /// Declares where the rover is: T_map_rover, with what it is uncertain by. Starts a new site and forgets
+  /// boulders.
   LocalizerStatus set_start(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   LocalizerStatus set_trim(const StepTrim& trim);
   /// A validated map, or a default one for none. Its bytes stay with the caller.
   void set_map(const OrbitalMap& map) { map_ = map; }
 
-  /// Begins a frame. The images are borrowed until the next call; null data stands for a missing image. `motion_prior`:
-  /// T_prev_cur of the left camera, or null. An unfinished observation of the frame before is abandoned and counted.
+  /// Begins a frame. The images are borrowed until the next call; null data stands for a missing image.
+  /// `motion_prior`: T_prev_cur of the left camera, or null. An unfinished observation of the frame before is
+  /// abandoned and counted.
   LocalizerStatus begin_frame(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior);
   Progress step_vo(WorkBudget& budget);
   Progress step_boulders(WorkBudget& budget);
@@ -131,7 +136,7 @@ class Localizer {
   /// Corrects the pose if the fix converged; closes the record either way.
   void apply_fix();
 
-  std::uint32_t frame() const { return health_.frames; }   ///< frames begun so far
+  std::uint32_t frame() const { return health_.frames; }  ///< frames begun so far
   PoseSource pose_source() const { return pose_source_; }
   /// VO alone, in the map frame as the start pose gave it.
   Pose3 vo_T_map_cam() const;
@@ -141,7 +146,7 @@ class Localizer {
   const Pose2& T_map_site() const { return T_map_site_; }
   const PoseFusion& fusion() const { return fusion_; }
   const FixRecord& last_fix() const { return fix_; }
-  const LocalMap& local_map() const { return local_map_; }   ///< of the last begin_fix
+  const LocalMap& local_map() const { return local_map_; }  ///< of the last begin_fix
   const LocalizerHealth& health() const { return health_; }
   const VisualOdometry& vo() const { return vo_; }
   const BoulderObserver& observer() const { return observer_; }
@@ -170,14 +175,14 @@ class Localizer {
   bool observe_wanted_ = false;
   bool observe_open_ = false;
 
-  Pose3 T_site_rover_;          ///< VO, its steps calibrated by what fixes told
-  Pose3 T_site_rover_vo_;       ///< VO alone
+  Pose3 T_site_rover_;     ///< VO, its steps calibrated by what fixes told
+  Pose3 T_site_rover_vo_;  ///< VO alone
   Pose2 T_map_site_start_;
   Pose2 T_map_site_;
-  Pose3 last_step_;             ///< T_prev_cur of the camera
+  Pose3 last_step_;  ///< T_prev_cur of the camera
   PoseFusion fusion_;
   IcpPrior fix_prior_;
-  Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);   ///< the rover at the snapshot
+  Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot
 
   VisualOdometry vo_;
   BoulderObserver observer_;

@@ -58,7 +58,8 @@ Pose3 start_pose(const Dataset& dataset, const ReplayOptions& options, const Ste
   if (const auto rover = dataset.truth_rover(options.first_frame)) return *rover;
   if (const auto cam = dataset.truth_cam(options.first_frame)) return *cam * rig.T_rover_cam.inverse();
   if (options.map.empty()) return Pose3();
-  throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw", dataset.folder().string());
+  throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw",
+                  dataset.folder().string());
 }
 
 /// A picture for the camera, or an empty one with a warning.
@@ -81,11 +82,13 @@ host::Picture picture_of(const std::filesystem::path& path, Replay& replay) {
 
 StereoRig rig_of(const Dataset& dataset) {
   StereoRig rig = dataset.rig();
-  rig.T_rover_cam = mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
+  rig.T_rover_cam =
+      mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
   return rig;
 }
 
-Replay run_replay(const Dataset& dataset, const ReplayOptions& options, const std::function<void(double)>& progress) {
+Replay run_replay(const Dataset& dataset, const ReplayOptions& options,
+                  const std::function<void(double)>& progress) {
   const StereoRig rig = rig_of(dataset);
   const std::size_t end = std::min(options.end_frame, dataset.frames().size());
   if (options.first_frame >= end) {
@@ -93,16 +96,18 @@ Replay run_replay(const Dataset& dataset, const ReplayOptions& options, const st
                     dataset.frames().size(), dataset.frames().size());
   }
   if (rig.width_px > cfg::kImageWidth || rig.height_px > cfg::kImageHeight) {
-    throw ToolError("{}: images of {} x {} are larger than the {} x {} of mission '{}'; build with another MISSION",
-                    dataset.folder().string(), rig.width_px, rig.height_px, cfg::kImageWidth, cfg::kImageHeight,
-                    cfg::kMission.name);
+    throw ToolError(
+        "{}: images of {} x {} are larger than the {} x {} of mission '{}'; build with another MISSION",
+        dataset.folder().string(), rig.width_px, rig.height_px, cfg::kImageWidth, cfg::kImageHeight,
+        cfg::kMission.name);
   }
   Replay replay;
   Receiver receiver(replay);
   host::reset();
   host::on_telemetry([&](const std::uint8_t* bytes, std::size_t size) { receiver(bytes, size); });
   if (app::root.init(options.params, rig) != LocalizerStatus::kReady) {
-    throw ToolError("{}: the calibration is not one of a stereo rig; check calib.txt", dataset.folder().string());
+    throw ToolError("{}: the calibration is not one of a stereo rig; check calib.txt",
+                    dataset.folder().string());
   }
   app::Command start;
   start.type = app::CommandType::kSetStart;
@@ -131,8 +136,9 @@ Replay run_replay(const Dataset& dataset, const ReplayOptions& options, const st
 
   for (std::size_t i = options.first_frame; i < end; ++i) {
     const Frame& frame = dataset.frames()[i];
-    host::feed_pair(static_cast<std::uint32_t>(frame.number), static_cast<std::uint64_t>(frame.stamp_s * 1.0e6),
-                    picture_of(frame.left, replay), picture_of(frame.right, replay));
+    host::feed_pair(static_cast<std::uint32_t>(frame.number),
+                    static_cast<std::uint64_t>(frame.stamp_s * 1.0e6), picture_of(frame.left, replay),
+                    picture_of(frame.right, replay));
     const std::size_t before = replay.frames.size();
     const auto begun = std::chrono::steady_clock::now();
     run_until_idle(options.slice_ops);
@@ -145,7 +151,9 @@ Replay run_replay(const Dataset& dataset, const ReplayOptions& options, const st
       replay.corrected.push_back({frame.stamp_s, done.report.T_map_cam});
       if (const auto truth = dataset.truth_cam(i)) replay.truth.push_back({frame.stamp_s, *truth});
     }
-    if (progress) progress(static_cast<double>(i + 1 - options.first_frame) / static_cast<double>(end - options.first_frame));
+    if (progress)
+      progress(static_cast<double>(i + 1 - options.first_frame) /
+               static_cast<double>(end - options.first_frame));
   }
   replay.health = app::root.localizer().health();
   replay.executive = app::root.executive().counts();

@@ -16,40 +16,41 @@ namespace cairn::ground {
 
 struct ReplayOptions {
   LocalizerParams params;
-  std::vector<std::uint8_t> map;         ///< `.cmap` bytes; empty: VO alone
-  std::optional<Pose3> T_map_rover;      ///< start; without it the data set's truth
-  StepTrim trim;                         ///< worsens the VO steps (--degrade)
-  std::size_t first_frame = 0;           ///< index into the data set's frames
-  std::size_t end_frame = SIZE_MAX;      ///< one past the last
+  std::vector<std::uint8_t> map;     ///< `.cmap` bytes; empty: VO alone
+  std::optional<Pose3> T_map_rover;  ///< start; without it the data set's truth
+  StepTrim trim;                     ///< worsens the VO steps (--degrade)
+  std::size_t first_frame = 0;       ///< index into the data set's frames
+  std::size_t end_frame = SIZE_MAX;  ///< one past the last
   std::uint32_t slice_ops = cfg::kSliceOps;
 };
 
 struct ReplayFrame {
-  std::size_t index = 0;                 ///< in the data set
+  std::size_t index = 0;  ///< in the data set
   app::FrameReport report;
-  double seconds = 0.0;                  ///< of the flight module for this pair
+  double seconds = 0.0;  ///< of the flight module for this pair
 };
 
 struct Replay {
   std::vector<ReplayFrame> frames;
   std::vector<app::FixReport> fixes;
-  std::map<std::uint32_t, app::BoulderReport> boulders;   ///< the last report of each
+  std::map<std::uint32_t, app::BoulderReport> boulders;  ///< the last report of each
   LocalizerHealth health;
   app::ExecutiveCounts executive;
   std::uint8_t map_status = 0;
   std::uint32_t unreadable_images = 0;
-  std::vector<std::string> warnings;     ///< one line each: what could not be read
+  std::vector<std::string> warnings;  ///< one line each: what could not be read
 
-  Trajectory vo;                         ///< T_map_cam, VO alone
+  Trajectory vo;  ///< T_map_cam, VO alone
   Trajectory corrected;
-  Trajectory truth;                      ///< where the data set has it
+  Trajectory truth;  ///< where the data set has it
 };
 
 /// The rig: intrinsics of the data set, mounting of the mission.
 StereoRig rig_of(const Dataset& dataset);
 
-/// Throws ToolError where the data set does not fit this build, no start pose is known, or the map is not usable.
-/// `progress` gets the share done; may be empty.
-Replay run_replay(const Dataset& dataset, const ReplayOptions& options, const std::function<void(double)>& progress);
+/// Throws ToolError where the data set does not fit this build, no start pose is known, or the map is not
+/// usable. `progress` gets the share done; may be empty.
+Replay run_replay(const Dataset& dataset, const ReplayOptions& options,
+                  const std::function<void(double)>& progress);
 
 }  // namespace cairn::ground

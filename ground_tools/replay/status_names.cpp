@@ -18,8 +18,9 @@ std::string pose_source_name(std::uint8_t value) {
 }
 
 std::string vo_status_name(std::uint8_t value) {
-  static const char* const names[] = {"idle",       "running",     "first_frame",  "motion",       "bad_image",
-                                      "few_features", "few_stereo", "few_matches", "no_consensus", "implausible"};
+  static const char* const names[] = {"idle",         "running",      "first_frame", "motion",
+                                      "bad_image",    "few_features", "few_stereo",  "few_matches",
+                                      "no_consensus", "implausible"};
   return pick(names, value);
 }
 
@@ -30,16 +31,18 @@ std::string observe_status_name(std::uint8_t value) {
 }
 
 std::string fix_status_name(std::uint8_t value) {
-  static const char* const names[] = {"none",          "running",        "applied",         "no_map",
-                                      "no_map_boulders", "no_local_boulders", "too_few_pairs", "weak_geometry",
-                                      "iteration_limit", "beyond_limit",  "bad_input",       "late"};
+  static const char* const names[] = {"none",          "running",         "applied",
+                                      "no_map",        "no_map_boulders", "no_local_boulders",
+                                      "too_few_pairs", "weak_geometry",   "iteration_limit",
+                                      "beyond_limit",  "bad_input",       "late"};
   return pick(names, value);
 }
 
 std::string map_status_name(std::uint8_t value) {
-  static const char* const names[] = {"none",       "checking",    "usable",     "no_map",      "truncated",
-                                      "bad_magic",  "unknown_version", "header_crc", "bad_header", "payload_crc",
-                                      "bad_directory", "bad_boulder", "no_boulders"};
+  static const char* const names[] = {"none",       "checking",    "usable",          "no_map",
+                                      "truncated",  "bad_magic",   "unknown_version", "header_crc",
+                                      "bad_header", "payload_crc", "bad_directory",   "bad_boulder",
+                                      "no_boulders"};
   return pick(names, value);
 }
 

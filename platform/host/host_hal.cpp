@@ -50,7 +50,9 @@ void feed_pair(std::uint32_t number, std::uint64_t t_capture_us, Picture left, P
 }
 void feed_telecommand(std::vector<std::uint8_t> packet) { machine().commands.push_back(std::move(packet)); }
 void load_map_bank(std::vector<std::uint8_t> bytes) { machine().map = std::move(bytes); }
-void on_telemetry(std::function<void(const std::uint8_t*, std::size_t)> sink) { machine().sink = std::move(sink); }
+void on_telemetry(std::function<void(const std::uint8_t*, std::size_t)> sink) {
+  machine().sink = std::move(sink);
+}
 void reset() { machine() = Machine(); }
 
 }  // namespace host
