@@ -12,7 +12,7 @@ void BoulderTracks::init(const TrackParams& params) {
 void BoulderTracks::update(const BoulderSightings& sightings, std::uint32_t frame) {
   forget(frame);
   // Votes first: a sighting without one must not take the track that a vote names.
-  std::int16_t now[cfg::kMaxLabels];
+  std::int16_t now[cfg::kMaxLabels] = {};
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     now[i] = voted_track(sightings[i], frame);
     if (now[i] != kNone) take(sightings[i], now[i], frame);

@@ -15,6 +15,7 @@ import tempfile
 # What is called but not built here: bytes of stack, generously. assert_failed never comes back: the drive ends there.
 EXTERNAL = (
     (re.compile(r"_ZN5cairn13assert_failedEPKci"), 0),
+    (re.compile(r"_ZN5cairn3hal\w+"), 1024),  # the platform's: it may take this much
     (re.compile(r"(__builtin_)?(memcpy|memmove|memset|memcmp)"), 128),
     (re.compile(r"(sqrt|floor|ceil|trunc|round|rint|nearbyint|fmod|fabs|lround|llround)f?"), 128),
     (re.compile(r"__\w+(si|di|ti|sf|df)\w*\d*"), 256),  # arithmetic helpers of the compiler
@@ -43,13 +44,19 @@ class Graph:
                 self.calls[caller].remove(POINTER)
                 self.calls[caller] |= {f for f in self.own if any(re.search(p, f) for p in patterns)}
 
+    @staticmethod
+    def plain(name):
+        """Without the file of a local copy; a complete constructor (C1) is the base one (C2) where nothing is virtual."""
+        return re.sub(r"C1E", "C2E", name.rsplit(":", 1)[-1])
+
     def read(self, line):
         node, edge = NODE.match(line), EDGE.match(line)
         if edge:
-            self.calls.setdefault(edge.group(1), set()).add(edge.group(2))
+            self.calls.setdefault(self.plain(edge.group(1)), set()).add(self.plain(edge.group(2)))
         if not node:
             return
         name, label = node.groups()
+        name = self.plain(name)
         self.label.setdefault(name, label.split("\\n")[0])
         frame = FRAME.search(label)
         if frame:

@@ -14,7 +14,7 @@ import tempfile
 
 # Undefined names that flight code may have. Of libm only what IEEE 754 rounds exactly: the same bits everywhere.
 NEEDS = re.compile(
-    r"cairn::assert_failed\(.*|memcpy|memmove|memset|memcmp|"
+    r"cairn::assert_failed\(.*|cairn::hal::\w+\(.*|memcpy|memmove|memset|memcmp|"
     r"(sqrt|floor|ceil|trunc|round|rint|nearbyint|fmod|fabs|lround|llround)f?|"
     r"__\w+(si|di|ti|sf|df)\w*\d*|_GLOBAL_OFFSET_TABLE_|_(rest|save)(gpr|fpr)_\d+(_x)?")  # helpers of the compiler
 # Names that may not even be defined.
