@@ -15,20 +15,15 @@ namespace {
 Localizer localizer;
 Pair pair;
 
-/// Leaves the test where the build is for another mission, or has the sanitizers on, or the data set is
-/// absent.
-#define ONLY_FOR(mission, folder, relative)                     \
-  do {                                                          \
-    if (std::strcmp(cfg::kMission.name, mission) != 0) {        \
-      print_message("skipped: for MISSION=%s\n", mission);      \
-      skip();                                                   \
-    }                                                           \
-    if (kSanitized) {                                           \
-      print_message("skipped: too long with the sanitizers\n"); \
-      skip();                                                   \
-    }                                                           \
-    (folder) = find_data(relative);                             \
-    SKIP_WITHOUT(folder, relative);                             \
+/// Leaves the test where the data set is absent, or the build has the sanitizers.
+#define NEEDS_DATA(folder, relative)                                          \
+  do {                                                                        \
+    if (kSanitized) {                                                         \
+      print_message("skipped: %s, too long with the sanitizers\n", relative); \
+      skip();                                                                 \
+    }                                                                         \
+    (folder) = find_data(relative);                                           \
+    SKIP_WITHOUT(folder, relative);                                           \
   } while (false)
 
 std::string folder;
@@ -69,21 +64,21 @@ void detected_map(const char* ortho) {
 }
 
 void test_rendered_5mm_map(void**) {
-  ONLY_FOR("paper", folder, "rendered_dev");
+  NEEDS_DATA(folder, "rendered_dev");
   data = Dataset::open(folder);
   detected_map("ortho_5mm.tif");
   rendered({0.12, 0.18}, {0.15, 0.25});
 }
 
 void test_rendered_10mm_map_of_another_sun(void**) {
-  ONLY_FOR("paper", folder, "rendered_dev");
+  NEEDS_DATA(folder, "rendered_dev");
   data = Dataset::open(folder);
   detected_map("ortho_10mm_sun2.tif");
   rendered({0.12, 0.18}, {0.15, 0.25});
 }
 
 void test_rendered_true_rocks(void**) {
-  ONLY_FOR("paper", folder, "rendered_dev");
+  NEEDS_DATA(folder, "rendered_dev");
   data = Dataset::open(folder);
   assert_status(map.make(true_rocks(folder)), MapStatus::kUsable);
   rendered({0.04, 0.08}, {0.06, 0.12});
@@ -122,7 +117,7 @@ VoDrive vo_drive() {
 }
 
 void test_kitti(void**) {
-  ONLY_FOR("kitti", folder, "kitti06");
+  NEEDS_DATA(folder, "kitti06");
   data = Dataset::open(folder);
   const VoDrive d = vo_drive();
   assert_at_least(d.path_m, 50.0);
@@ -130,7 +125,7 @@ void test_kitti(void**) {
 }
 
 void test_euroc_standing_still(void**) {
-  ONLY_FOR("euroc", folder, "euroc_still");
+  NEEDS_DATA(folder, "euroc_still");
   data = Dataset::open(folder);
   assert_at_most(vo_drive().end_m, 0.005);
 }
@@ -178,7 +173,7 @@ double apart_m(const Pose3& a, const Pose3& b) {
 }
 
 void test_lunar_ways_agree(void**) {
-  ONLY_FOR("lunar", folder, "lac_stereo");
+  NEEDS_DATA(folder, "lac_stereo");
   const Pose3 whole = lunar_way({0, 1, 2, 3, 4, 5});
   assert_at_least(whole.t.norm(), 1.5);
   assert_at_most(whole.t.norm(), 2.5);
@@ -189,10 +184,17 @@ void test_lunar_ways_agree(void**) {
 }  // namespace
 
 int main() {
-  const CMUnitTest tests[] = {
-      cmocka_unit_test(test_rendered_5mm_map),     cmocka_unit_test(test_rendered_10mm_map_of_another_sun),
-      cmocka_unit_test(test_rendered_true_rocks),  cmocka_unit_test(test_kitti),
-      cmocka_unit_test(test_euroc_standing_still), cmocka_unit_test(test_lunar_ways_agree),
+  const CMUnitTest paper[] = {
+      cmocka_unit_test(test_rendered_5mm_map),
+      cmocka_unit_test(test_rendered_10mm_map_of_another_sun),
+      cmocka_unit_test(test_rendered_true_rocks),
   };
-  return cmocka_run_group_tests_name("integration/mission_data", tests, nullptr, nullptr);
+  const CMUnitTest kitti[] = {cmocka_unit_test(test_kitti)};
+  const CMUnitTest euroc[] = {cmocka_unit_test(test_euroc_standing_still)};
+  const CMUnitTest lunar[] = {cmocka_unit_test(test_lunar_ways_agree)};
+  const auto is = [](const char* mission) { return std::strcmp(cfg::kMission.name, mission) == 0; };
+  if (is("kitti")) return cmocka_run_group_tests_name("mission_data, kitti", kitti, nullptr, nullptr);
+  if (is("euroc")) return cmocka_run_group_tests_name("mission_data, euroc", euroc, nullptr, nullptr);
+  if (is("lunar")) return cmocka_run_group_tests_name("mission_data, lunar", lunar, nullptr, nullptr);
+  return cmocka_run_group_tests_name("mission_data, paper", paper, nullptr, nullptr);
 }
