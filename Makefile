@@ -45,6 +45,9 @@ TOOL_SRC     := $(sort $(filter-out $(TOOL_MAIN),$(wildcard ground_tools/*.cpp g
 SUPPORT_SRC  := $(sort $(wildcard unit_tests/support/*.cpp unit_tests/hal_fakes/*.cpp))
 TEST_SRC     := $(sort $(wildcard unit_tests/*/test_*.cpp))
 OPENCV_TESTS := $(filter unit_tests/opencv/%,$(TEST_SRC))
+# Missions whose data set only this test needs, and only in their own sizes.
+DATA_MISSIONS := euroc kitti lunar
+DATA_TEST    := unit_tests/integration/test_mission_data.cpp
 
 obj = $(patsubst %.cpp,$(B)/%.o,$(1))
 FSW_LIB      := $(B)/libcairn.a
@@ -121,9 +124,11 @@ clean: ## remove build/
 
 test: ## build and run all tests, plain and then with the sanitizers
 	@$(MAKE) --no-print-directory deps-test
-	@printf 'Tests, plain\n'; $(MAKE) --no-print-directory run-tests SAN=; plain=$$?; \
-	printf 'Tests, with the address and undefined-behaviour sanitizers\n'; \
-	$(MAKE) --no-print-directory run-tests SAN=1 && exit $$plain
+	@faults=0; run() { printf 'Tests, %s\n' "$$1"; shift; $(MAKE) --no-print-directory run-tests "$$@" || faults=1; }; \
+	run plain SAN=; \
+	for m in $(filter-out $(MISSION),$(DATA_MISSIONS)); do run "data of mission $$m" SAN= MISSION=$$m TEST_SRC=$(DATA_TEST); done; \
+	run 'with the address and undefined-behaviour sanitizers' SAN=1; \
+	exit $$faults
 
 check: ## floors, heap, recursion, stack, traceability, names, formatting, static analysis
 	@$(MAKE) --no-print-directory deps-check

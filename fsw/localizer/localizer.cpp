@@ -64,7 +64,8 @@ LocalizerStatus Localizer::set_start(const Pose3& T_map_rover, double sigma_xy_m
   fusion_.init(params_.fusion, sigma_xy_m, sigma_yaw_rad);
   last_step_ = Pose3();
   started_ = first_ = true;
-  fix_open_ = false;
+  pose_source_ = PoseSource::kNone;
+  vo_open_ = observe_wanted_ = observe_open_ = fix_open_ = false;
   fix_ = {};
   local_map_.clear();
   observer_.init(params_.boulders, rig_);
@@ -91,6 +92,7 @@ LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right
   right_ = right;
   have_prior_ = motion_prior != nullptr && is_valid(*motion_prior);
   if (have_prior_) prior_ = *motion_prior;
+  if (motion_prior != nullptr && !have_prior_) ++health_.bad_priors;
   ++health_.frames;
   vo_open_ = true;
   if (vo_.start(left, right, motion_prior) != VoStatus::kRunning) take_vo_result();
@@ -108,7 +110,6 @@ void Localizer::take_vo_result() {
   vo_open_ = false;
   const VoStatus status = vo_.status();
   ++health_.vo[static_cast<std::size_t>(status)];
-  health_.bad_priors = vo_.bad_priors();
   switch (status) {
     case VoStatus::kMotion:
       last_step_ = vo_.result().T_prev_cur;
@@ -167,6 +168,7 @@ void Localizer::begin_fix() {
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
   fix_open_ = true;
+  tracks_.forget(health_.frames);
   tracks_.build(local_map_);
   map_window_.clear();
   const Pose2 rover_map = planar(T_map_rover());

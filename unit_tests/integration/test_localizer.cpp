@@ -1,0 +1,569 @@
+// The whole localizer on the sample: how good it is, how it takes bad input, and that slicing changes
+// nothing.
+#include "localizer/localizer.hpp"
+
+#include <cstring>
+
+#include "core/random.hpp"
+#include "integration/replay.hpp"
+
+using namespace cairn;
+using namespace cairn::test;
+
+namespace {
+
+Localizer localizer;
+ground::Dataset data;
+std::vector<ground::TableBoulder> rocks;
+FlightMap true_map;
+constexpr std::size_t kFrames = kSanitized ? 31 : 91;
+constexpr std::size_t kShort = kSanitized ? 10 : 20;
+
+LocalizerStatus set_start(std::size_t index = 0) {
+  return localizer.set_start(*data.truth_rover(index), 0.02, 0.004);
+}
+
+void begin(const LocalizerParams& params = {}) {
+  assert_status(localizer.init(params, rig_of(data)), LocalizerStatus::kReady);
+  assert_status(localizer.set_trim({}), LocalizerStatus::kReady);
+  localizer.set_map(true_map.map);
+  assert_status(set_start(), LocalizerStatus::kReady);
+}
+
+const Pair& pair_of(std::size_t index) {
+  static Pair pair;
+  load(data.frames()[index], pair);
+  return pair;
+}
+
+void run(std::size_t first, std::size_t end) {
+  for (std::size_t i = first; i < end; ++i) frame(localizer, pair_of(i));
+}
+
+double error_m(std::size_t index) { return (localizer.T_map_cam().t - data.truth_cam(index)->t).norm(); }
+
+// ---- how good it is
+// ------------------------------------------------------------------------------------------------
+
+void test_corrected_by_true_rocks(void**) {
+  begin();
+  const Drive d = drive(localizer, {}, data, kFrames);
+  assert_at_most(d.vo_end_m, 0.008 * d.path_m);
+  assert_at_most(d.end_xy_m, 0.03);
+  assert_at_most(d.largest_xy_m, 0.05);
+  assert_at_most(d.largest_excess_m, 0.06);
+  assert_at_most(std::fabs(d.end_yaw_deg), 0.5);
+  // A clump of rocks of 0.3 m, seen in pieces, is in all three local maps: less here than over the whole
+  // field (0.86).
+  assert_at_least(d.local.share(), 0.75);
+  assert_at_least(d.local.boulders, 5 * d.rounds);
+  assert_int_equal(d.rounds, kFrames / kFixInterval);
+  const LocalizerHealth& h = localizer.health();
+  assert_int_equal(h.frames, kFrames);
+  assert_int_equal(h.vo[static_cast<int>(VoStatus::kMotion)], kFrames - 1);
+  assert_int_equal(h.vo[static_cast<int>(VoStatus::kFirstFrame)], 1);
+  assert_int_equal(h.boulders[static_cast<int>(ObserveStatus::kBoulders)], kFrames);
+  assert_int_equal(h.fixes[static_cast<int>(FixStatus::kApplied)], d.fixes);
+  assert_int_equal(h.extrapolated + h.abandoned_boulders + h.dropped_tracks + h.bad_priors, 0);
+  assert_at_least(d.fixes, 1);
+}
+
+void test_paper_variant(void**) {
+  begin(paper_params());
+  const Drive d = drive(localizer, paper_params(), data, kFrames);
+  assert_at_most(d.vo_end_m, 0.10 * d.path_m);
+  assert_at_most(d.largest_xy_m, 0.5);
+  assert_int_equal(localizer.health().vo[static_cast<int>(VoStatus::kMotion)], kFrames - 1);
+  assert_near(localizer.fusion().scale(), 0.0, 0.0);  // fixes are taken whole
+}
+
+/// The map origin moved by 0.2 m: a whole fix follows it, a weighted one hardly, and both keep height, pitch
+/// and roll.
+void test_whole_and_weighted_fixes(void**) {
+  static std::vector<ground::TableBoulder> moved;
+  moved = rocks;
+  for (ground::TableBoulder& b : moved) b.p_map_m.x() += 0.2;
+  static FlightMap map;
+  assert_status(map.make(moved), MapStatus::kUsable);
+  for (const CorrectionMode mode : {CorrectionMode::kWhole, CorrectionMode::kWeighted}) {
+    LocalizerParams params;
+    params.correction = mode;
+    begin(params);
+    localizer.set_map(map.map);
+    run(0, kShort);
+    const Pose3 before = localizer.T_map_rover();
+    const Pose3 vo_before = localizer.vo_T_map_cam();
+    const FixStatus status = fix(localizer);
+    const Pose3 after = localizer.T_map_rover();
+    assert_near((localizer.vo_T_map_cam().t - vo_before.t).norm(), 0.0, 0.0);
+    assert_near(after.t.z(), before.t.z(), 1e-12);
+    const Attitude a = attitude_of(before.q);
+    const Attitude b = attitude_of(after.q);
+    assert_near(a.pitch_rad, b.pitch_rad, 1e-12);
+    assert_near(a.roll_rad, b.roll_rad, 1e-12);
+    const FixRecord& record = localizer.last_fix();
+    assert_int_equal(record.frame, kShort);
+    assert_near(record.correction.x_m, after.t.x() - before.t.x(), 1e-12);
+    assert_near(record.correction.y_m, after.t.y() - before.t.y(), 1e-12);
+    assert_near(record.correction.yaw_rad, b.yaw_rad - a.yaw_rad, 1e-12);
+    if (mode == CorrectionMode::kWhole) {
+      assert_status(status, FixStatus::kApplied);
+      assert_near(after.t.x() - before.t.x(), 0.2, 0.05);
+    } else {
+      assert_near(after.t.x() - before.t.x(), 0.09, 0.06);
+    }
+  }
+}
+
+void test_trim(void**) {
+  begin();
+  for (const StepTrim& bad : {StepTrim{0.49, 0.0}, StepTrim{2.01, 0.0}, StepTrim{NAN, 0.0},
+                              StepTrim{1.0, 0.101}, StepTrim{1.0, -0.101}, StepTrim{1.0, NAN}}) {
+    assert_status(localizer.set_trim(bad), LocalizerStatus::kBadTrim);
+  }
+  for (const StepTrim& good : {StepTrim{0.5, 0.1}, StepTrim{2.0, -0.1}, StepTrim{1.0, 0.0}}) {
+    assert_status(localizer.set_trim(good), LocalizerStatus::kReady);
+  }
+  run(0, kShort);
+  const Pose3 start = *data.truth_cam(0);
+  const Pose3 plain = localizer.vo_T_map_cam();
+  begin();
+  const double turn = 0.01;
+  assert_status(localizer.set_trim({1.02, turn}), LocalizerStatus::kReady);
+  run(0, kShort);
+  const Pose3 worse = localizer.vo_T_map_cam();
+  const double way = (plain.t - start.t).norm();
+  assert_near((worse.t - start.t).norm() / way, 1.02, 0.003);
+  assert_near(rotation_error_deg(worse, plain) * kRadPerDeg, turn * way, 0.05 * turn * way);
+  assert_near(wrap_angle(planar(worse).yaw_rad - planar(plain).yaw_rad), turn * way, 0.3 * turn * way);
+  assert_near((localizer.T_map_cam().t - worse.t).norm(), 0.0, 1e-12);  // no fix yet
+}
+
+// ---- bad input
+// -----------------------------------------------------------------------------------------------------
+
+void test_bad_rigs(void**) {
+  StereoRig rig = rig_of(data);
+  rig.width_px = 0;
+  assert_status(localizer.init({}, rig), LocalizerStatus::kBadRig);
+  rig.width_px = cfg::kImageWidth + 1;
+  assert_status(localizer.init({}, rig), LocalizerStatus::kBadRig);
+  rig = rig_of(data);
+  rig.height_px = cfg::kImageHeight + 1;
+  assert_status(localizer.init({}, rig), LocalizerStatus::kBadRig);
+  rig = rig_of(data);
+  rig.baseline_m = NAN;
+  assert_status(localizer.init({}, rig), LocalizerStatus::kBadRig);
+  rig = rig_of(data);
+  rig.T_rover_cam.t.x() = INFINITY;
+  assert_status(localizer.init({}, rig), LocalizerStatus::kBadRig);
+}
+
+void test_bad_starts(void**) {
+  assert_status(localizer.init({}, rig_of(data)), LocalizerStatus::kReady);
+  assert_status(localizer.pose_source(), PoseSource::kNone);
+  const Pair& pair = pair_of(0);
+  assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr),
+                LocalizerStatus::kNoStart);
+  finish_frame(localizer);
+  assert_int_equal(localizer.frame(), 0);
+  Pose3 bad = *data.truth_rover(0);
+  bad.t.y() = NAN;
+  assert_status(localizer.set_start(bad, 0.02, 0.004), LocalizerStatus::kBadPose);
+  bad = *data.truth_rover(0);
+  bad.q = Quat(0.0, 0.0, 0.0, 0.0);
+  assert_status(localizer.set_start(bad, 0.02, 0.004), LocalizerStatus::kBadPose);
+  for (const double sigma : {0.0, -1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    assert_status(localizer.set_start(*data.truth_rover(0), sigma, 0.004), LocalizerStatus::kBadPose);
+    assert_status(localizer.set_start(*data.truth_rover(0), 0.02, sigma), LocalizerStatus::kBadPose);
+  }
+  assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr),
+                LocalizerStatus::kNoStart);
+  assert_status(set_start(), LocalizerStatus::kReady);
+  assert_near((localizer.T_map_rover().t - data.truth_rover(0)->t).norm(), 0.0, 1e-9);
+  frame(localizer, pair);
+  assert_status(localizer.pose_source(), PoseSource::kStart);
+  assert_near(error_m(0), 0.0, 1e-6);
+}
+
+/// A new start in the middle of a frame: that frame is over, and the next one is the first of the new site.
+void test_start_within_a_frame(void**) {
+  begin();
+  run(0, 2);
+  const Pair& pair = pair_of(2);
+  assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr), LocalizerStatus::kReady);
+  assert_status(set_start(3), LocalizerStatus::kReady);
+  assert_status(localizer.pose_source(), PoseSource::kNone);
+  finish_frame(localizer);
+  assert_status(localizer.pose_source(), PoseSource::kNone);
+  assert_int_equal(localizer.health().vo[static_cast<int>(VoStatus::kIdle)], 0);
+  frame(localizer, pair_of(3));
+  assert_status(localizer.pose_source(), PoseSource::kStart);
+  frame(localizer, pair_of(4));
+  assert_status(localizer.pose_source(), PoseSource::kVo);
+  assert_at_most(error_m(4), 0.01);
+  assert_int_equal(localizer.health().abandoned_boulders, 0);
+}
+
+/// Frame 2 is spoiled: the pose is held, and catches up with frame 3.
+struct Spoiled {
+  const char* what;
+  VoStatus status;
+};
+
+void spoil(Pair& pair, int kind) {
+  static Random random(17);
+  const auto fill = [](ground::Image& image, std::uint8_t grey) {
+    image.pixels.assign(image.pixels.size(), grey);
+  };
+  switch (kind) {
+    case 0: pair.left = {}; break;
+    case 1: pair.right = {}; break;
+    case 2: pair.left = pair.right = {}; break;
+    case 3:
+      fill(pair.left, 0);
+      fill(pair.right, 0);
+      break;
+    case 4:
+      fill(pair.left, 255);
+      fill(pair.right, 255);
+      break;
+    case 5: fill(pair.right, 0); break;
+    case 6:
+      for (std::uint8_t& p : pair.left.pixels) p = static_cast<std::uint8_t>(random.below(256));
+      for (std::uint8_t& p : pair.right.pixels) p = static_cast<std::uint8_t>(random.below(256));
+      break;
+    case 7: --pair.left.height; break;
+    case 8: pair.right.width -= 2; break;
+    default: std::swap(pair.left, pair.right); break;
+  }
+}
+
+void test_spoiled_images(void**) {
+  constexpr Spoiled kKinds[] = {
+      {"no left image", VoStatus::kBadImage},    {"no right image", VoStatus::kBadImage},
+      {"no images", VoStatus::kBadImage},        {"black", VoStatus::kFewFeatures},
+      {"saturated", VoStatus::kFewFeatures},     {"right black", VoStatus::kFewFeatures},
+      {"noise", VoStatus::kFewStereo},           {"left too low", VoStatus::kBadImage},
+      {"right too narrow", VoStatus::kBadImage}, {"left and right swapped", VoStatus::kFewStereo},
+  };
+  for (int kind = 0; kind < 10; ++kind) {
+    begin();
+    run(0, 2);
+    static Pair pair;
+    pair = pair_of(2);
+    spoil(pair, kind);
+    const Pose3 before = localizer.T_map_cam();
+    frame(localizer, pair);
+    print_message("%s: status %d, source %d\n", kKinds[kind].what, static_cast<int>(localizer.vo().status()),
+                  static_cast<int>(localizer.pose_source()));
+    assert_status(localizer.vo().status(), kKinds[kind].status);
+    assert_status(localizer.pose_source(), PoseSource::kHeld);
+    assert_near((localizer.T_map_cam().t - before.t).norm(), 0.0, 0.0);
+    run(3, 4);
+    assert_status(localizer.pose_source(), PoseSource::kVo);
+    assert_at_most(error_m(3), 0.015);
+    assert_int_equal(localizer.health().vo[static_cast<int>(kKinds[kind].status)], 1);
+    assert_int_equal(localizer.health().extrapolated, 0);
+  }
+}
+
+void test_spoiled_first_frame(void**) {
+  begin();
+  static Pair pair;
+  pair = {};
+  frame(localizer, pair);
+  assert_status(localizer.pose_source(), PoseSource::kHeld);
+  run(0, 2);
+  assert_status(localizer.pose_source(), PoseSource::kVo);
+  assert_at_most(error_m(1), 0.01);
+}
+
+void test_dropped_frames(void**) {
+  begin();
+  run(0, 3);
+  run(4, 5);
+  assert_status(localizer.pose_source(), PoseSource::kVo);
+  run(6, 8);
+  assert_at_most(error_m(7), 0.02);
+}
+
+/// A place that was never seen before: VO has nothing to go by.
+void test_lost(void**) {
+  const Pose3 step = data.truth_cam(1)->inverse() * *data.truth_cam(2);
+  for (const bool with_prior : {false, true}) {
+    begin();
+    run(0, 3);
+    const Pose3 before = localizer.T_map_cam();
+    Pose3 prior;
+    prior.t = Vec3(0.0, 0.0, 0.2);
+    frame(localizer, pair_of(70), with_prior ? &prior : nullptr);
+    assert_status(localizer.pose_source(), PoseSource::kExtrapolated);
+    assert_int_equal(localizer.health().extrapolated, 1);
+    const Pose3 moved = before.inverse() * localizer.T_map_cam();
+    assert_at_most((moved.t - (with_prior ? prior : step).t).norm(), 0.01);
+    const Pose3 at_70 = localizer.T_map_cam();
+    frame(localizer, pair_of(71));
+    assert_status(localizer.pose_source(), PoseSource::kVo);
+    const Pose3 true_step = data.truth_cam(70)->inverse() * *data.truth_cam(71);
+    assert_at_most((at_70.inverse() * localizer.T_map_cam()).t.norm() - true_step.t.norm(), 0.01);
+  }
+}
+
+void test_motion_priors(void**) {
+  begin();
+  run(0, 2);
+  Pose3 prior = data.truth_cam(1)->inverse() * *data.truth_cam(2);
+  frame(localizer, pair_of(2), &prior);
+  assert_int_equal(localizer.health().bad_priors, 0);
+  prior.t.z() = NAN;
+  frame(localizer, pair_of(3), &prior);
+  prior = {};
+  prior.q = Quat(2.0, 0.0, 0.0, 0.0);
+  frame(localizer, pair_of(4), &prior);
+  assert_status(localizer.pose_source(), PoseSource::kVo);
+  assert_int_equal(localizer.health().bad_priors, 2);
+  assert_at_most(error_m(4), 0.01);
+  begin();
+  run(0, 1);
+  assert_int_equal(localizer.health().bad_priors, 0);
+}
+
+void test_unfinished_boulders_are_counted(void**) {
+  begin();
+  run(0, 2);
+  for (std::size_t i = 2; i < 4; ++i) {
+    const Pair& pair = pair_of(i);
+    assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr),
+                  LocalizerStatus::kReady);
+    WorkBudget all = WorkBudget::unlimited();
+    assert_status(localizer.step_vo(all), Progress::kDone);
+    WorkBudget some(1'000'000);
+    if (i == 2) assert_status(localizer.step_boulders(some), Progress::kMore);
+  }
+  frame(localizer, pair_of(4));
+  assert_int_equal(localizer.health().abandoned_boulders, 2);
+  assert_int_equal(localizer.health().boulders[static_cast<int>(ObserveStatus::kBoulders)], 3);
+  assert_at_most(error_m(4), 0.01);
+}
+
+// ---- fixes
+// ---------------------------------------------------------------------------------------------------------
+
+/// A fix after five frames, every boulder counting from its first sighting on.
+FixStatus fix_after(LocalizerParams params, const OrbitalMap& map, std::size_t frames) {
+  params.tracks.min_sightings = 1;
+  begin(params);
+  localizer.set_map(map);
+  run(0, frames);
+  const Pose3 before = localizer.T_map_cam();
+  const FixStatus status = fix(localizer);
+  if (status != FixStatus::kApplied) assert_near((localizer.T_map_cam().t - before.t).norm(), 0.0, 0.0);
+  assert_int_equal(localizer.health().fixes[static_cast<int>(status)], 1);
+  return status;
+}
+
+void test_maps_that_are_none(void**) {
+  begin();
+  assert_status(localizer.last_fix().status, FixStatus::kNone);
+  assert_status(fix_after({}, OrbitalMap(), 2), FixStatus::kNoMap);
+  static FlightMap map;
+  assert_status(map.make({}, {0.0, -30.0, 20.0, -10.0}), MapStatus::kNoBoulders);
+  assert_status(fix_after({}, map.map, 2), FixStatus::kNoMap);
+  map.bytes = true_map.bytes;
+  map.bytes[map.bytes.size() / 2] ^= 0x10U;
+  assert_status(map.validate(), MapStatus::kPayloadCrc);
+  assert_status(fix_after({}, map.map, 2), FixStatus::kNoMap);
+  map.bytes[5] ^= 0x80U;
+  assert_status(map.validate(), MapStatus::kUnknownVersion);
+  assert_status(fix_after({}, map.map, 2), FixStatus::kNoMap);
+  run(2, 4);
+  assert_at_most(error_m(3), 0.01);
+  localizer.set_map(true_map.map);  // a good one comes
+  assert_status(fix(localizer), FixStatus::kApplied);
+  assert_at_most(error_m(3), 0.05);
+}
+
+void test_every_fix_status(void**) {
+  constexpr std::size_t kSome = 3;
+  assert_status(fix_after({}, true_map.map, kSome), FixStatus::kApplied);
+  assert_at_most(error_m(kSome - 1), 0.05);
+  assert_at_least(localizer.last_fix().pairs, 4);
+  assert_int_equal(localizer.last_fix().local_boulders, localizer.local_map().size());
+  assert_status(fix_after({}, true_map.map, 0), FixStatus::kNoLocalBoulders);
+  LocalizerParams params;
+  params.map_window_radius_m = 0.0;
+  assert_status(fix_after(params, true_map.map, kSome), FixStatus::kNoMapBoulders);
+  params = {};
+  params.icp.min_pairs = 200;
+  assert_status(fix_after(params, true_map.map, kSome), FixStatus::kTooFewPairs);
+  params = {};
+  params.icp.min_lever_m = 100.0;
+  assert_status(fix_after(params, true_map.map, kSome), FixStatus::kWeakGeometry);
+  params = {};
+  params.icp.max_iterations = 1;
+  assert_status(fix_after(params, true_map.map, kSome), FixStatus::kIterationLimit);
+  params = {};
+  params.icp.max_correction_m = 1.0e-6;
+  assert_status(fix_after(params, true_map.map, kSome), FixStatus::kBeyondLimit);
+  params = {};
+  params.icp.max_iterations = 0;
+  assert_status(fix_after(params, true_map.map, kSome), FixStatus::kBadInput);
+}
+
+void test_late_fix(void**) {
+  LocalizerParams params;
+  params.tracks.min_sightings = 1;
+  begin(params);
+  run(0, 3);
+  localizer.begin_fix();
+  assert_status(localizer.last_fix().status, FixStatus::kRunning);
+  WorkBudget tiny(1);
+  assert_status(localizer.step_fix(tiny), Progress::kMore);
+  const Pose3 before = localizer.T_map_cam();
+  localizer.apply_fix();
+  assert_status(localizer.last_fix().status, FixStatus::kLate);
+  assert_near((localizer.T_map_cam().t - before.t).norm(), 0.0, 0.0);
+  localizer.apply_fix();  // closed: nothing more to apply
+  assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], 1);
+  assert_status(fix(localizer), FixStatus::kApplied);
+}
+
+/// Boulders that left the window are in no local map, though none were seen since.
+void test_local_map_forgets_over_empty_ground(void**) {
+  LocalizerParams params;
+  params.tracks.min_sightings = 1;
+  params.tracks.window_frames = 2;
+  begin(params);
+  run(0, 3);
+  static Pair missing;
+  missing = {};
+  for (int i = 0; i < 2; ++i) frame(localizer, missing);
+  assert_status(fix(localizer), FixStatus::kApplied);
+  frame(localizer, missing);
+  assert_status(fix(localizer), FixStatus::kNoLocalBoulders);
+}
+
+// ---- slices
+// --------------------------------------------------------------------------------------------------------
+
+/// All that a run gives, as bytes.
+struct Outcome {
+  std::vector<std::uint8_t> bytes;
+
+  template <typename T>
+  void add(const T& value) {
+    const auto* p = reinterpret_cast<const std::uint8_t*>(&value);
+    bytes.insert(bytes.end(), p, p + sizeof value);
+  }
+  void add_pose(const Pose3& pose) {
+    for (int i = 0; i < 3; ++i) add(pose.t[i]);
+    for (int i = 0; i < 4; ++i) add(pose.q.coeffs()[i]);
+  }
+};
+
+/// Asks for one job's next slice; its budget comes from a list that goes round.
+template <typename Step>
+void in_slices(const std::vector<std::uint32_t>& budgets, std::size_t& next, const Step& step) {
+  for (Progress progress = Progress::kMore; progress == Progress::kMore;) {
+    WorkBudget budget(budgets[next++ % budgets.size()]);
+    progress = step(budget);
+  }
+}
+
+Outcome sliced_run(const std::vector<std::uint32_t>& budgets) {
+  Outcome out;
+  std::size_t next = 0;
+  LocalizerParams params;
+  params.tracks.min_sightings = 2;
+  begin(params);
+  bool fixing = false;
+  for (std::size_t i = 0; i < (kSanitized ? 5U : 9U); ++i) {
+    const Pair& pair = pair_of(i);
+    assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr),
+                  LocalizerStatus::kReady);
+    in_slices(budgets, next, [](WorkBudget& b) { return localizer.step_vo(b); });
+    // A fix begun in the frame before takes turns with the boulders, and is applied at the end of this frame.
+    Progress boulders = Progress::kMore;
+    Progress fix = Progress::kMore;
+    while (boulders == Progress::kMore || fix == Progress::kMore) {
+      WorkBudget one(budgets[next++ % budgets.size()]);
+      boulders = localizer.step_boulders(one);
+      WorkBudget two(budgets[next++ % budgets.size()]);
+      fix = localizer.step_fix(two);
+    }
+    if (fixing) {
+      localizer.apply_fix();
+      out.add(localizer.last_fix().correction.x_m);
+      out.add(localizer.last_fix().correction.y_m);
+      out.add(localizer.last_fix().correction.yaw_rad);
+      out.add(localizer.last_fix().pairs);
+      out.add(localizer.last_fix().rms_m);
+      out.add(localizer.last_fix().status);
+    }
+    fixing = i % 3 == 2;
+    if (fixing) {
+      localizer.begin_fix();
+      for (const LocalBoulder& b : localizer.local_map()) {
+        out.add(b.p_site_m.x());
+        out.add(b.p_site_m.y());
+        out.add(b.z_site_m);
+        out.add(b.diameter_m);
+        out.add(b.spread_m);
+        out.add(b.id);
+        out.add(b.sightings);
+      }
+    }
+    out.add_pose(localizer.vo_T_map_cam());
+    out.add_pose(localizer.T_map_cam());
+    out.add(localizer.fusion().sigma_xy_m());
+    out.add(localizer.fusion().scale());
+  }
+  return out;
+}
+
+void test_slices_give_the_same(void**) {
+  static Outcome whole, parts;
+  whole = sliced_run({UINT32_MAX});
+  assert_at_least(localizer.health().fixes[static_cast<int>(FixStatus::kApplied)], 1);
+  assert_true(whole.bytes.size() > 600);
+  static std::vector<std::vector<std::uint32_t>> slicings;
+  slicings = {{1}, {977}, {250'007}, {1, 5'000'000, 33, 70'001, 9}};
+  for (const std::vector<std::uint32_t>& budgets : slicings) {
+    parts = sliced_run(budgets);
+    assert_int_equal(parts.bytes.size(), whole.bytes.size());
+    assert_memory_equal(parts.bytes.data(), whole.bytes.data(), whole.bytes.size());
+  }
+}
+
+int open_sample(void**) {
+  data = ground::Dataset::open(kSample);
+  rocks = true_rocks(kSample);
+  return true_map.make(rocks) == MapStatus::kUsable ? 0 : 1;
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_corrected_by_true_rocks),
+      cmocka_unit_test(test_paper_variant),
+      cmocka_unit_test(test_whole_and_weighted_fixes),
+      cmocka_unit_test(test_trim),
+      cmocka_unit_test(test_bad_rigs),
+      cmocka_unit_test(test_bad_starts),
+      cmocka_unit_test(test_start_within_a_frame),
+      cmocka_unit_test(test_spoiled_images),
+      cmocka_unit_test(test_spoiled_first_frame),
+      cmocka_unit_test(test_dropped_frames),
+      cmocka_unit_test(test_lost),
+      cmocka_unit_test(test_motion_priors),
+      cmocka_unit_test(test_unfinished_boulders_are_counted),
+      cmocka_unit_test(test_maps_that_are_none),
+      cmocka_unit_test(test_every_fix_status),
+      cmocka_unit_test(test_late_fix),
+      cmocka_unit_test(test_local_map_forgets_over_empty_ground),
+      cmocka_unit_test(test_slices_give_the_same),
+  };
+  return cmocka_run_group_tests_name("integration/localizer", tests, open_sample, nullptr);
+}
