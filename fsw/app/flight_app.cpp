@@ -33,20 +33,18 @@ LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& 
 
 FlightApp::State FlightApp::cycle(std::uint32_t slice_ops) {
   hal::watchdog_kick();
-  take_command();
   WorkBudget slice(slice_ops);
-  if (validate_map(slice)) return State::kBusy;
   if (executive_.busy()) {
     if (executive_.run(localizer_, slice) == Progress::kDone) report_minor();
     return State::kBusy;
   }
-  return take_pair() ? State::kBusy : State::kIdle;
+  return take_command() || validate_map(slice) || take_pair() ? State::kBusy : State::kIdle;
 }
 
-void FlightApp::take_command() {
+bool FlightApp::take_command() {
   std::uint8_t bytes[kMaxPacketBytes];
   const std::size_t size = hal::telecommand_receive(bytes, sizeof bytes);
-  if (size == 0) return;
+  if (size == 0) return false;
   Command command;
   AckReport ack;
   CommandStatus status = decode(bytes, size, command);
@@ -56,6 +54,7 @@ void FlightApp::take_command() {
   ack.command_type = static_cast<std::uint8_t>(command.type);
   ack.status = static_cast<std::uint8_t>(status);
   send(ack);
+  return true;
 }
 
 CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail) {
