@@ -62,7 +62,7 @@ CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail)
   switch (command.type) {
     case CommandType::kSetStart:
       status = localizer_.set_start(command.pose, command.number[0], command.number[1]);
-      if (status == LocalizerStatus::kReady) executive_.init();
+      if (status == LocalizerStatus::kReady) executive_.restart();
       break;
     case CommandType::kSetTrim: status = localizer_.set_trim({command.number[0], command.number[1]}); break;
     case CommandType::kMotionPrior:
