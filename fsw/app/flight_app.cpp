@@ -24,6 +24,7 @@ StereoRig mission_rig() {
 
 LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& rig) {
   executive_.init();
+  validation_ = MapValidation();
   validating_ = have_prior_ = false;
   pair_number_ = sequence_ = bad_commands_ = lost_packets_ = 0;
   pair_time_us_ = 0;

@@ -42,6 +42,10 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   params_ = params;
   rig_ = rig;
   health_ = {};
+  trim_ = {};
+  T_map_site_ = T_map_site_start_ = Pose2();
+  T_site_rover_ = T_site_rover_vo_ = Pose3();
+  fusion_.init(params.fusion, 0.0, 0.0);
   started_ = false;
   first_ = true;
   pose_source_ = PoseSource::kNone;
@@ -91,6 +95,7 @@ LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right
   right_ = right;
   have_prior_ = motion_prior != nullptr && is_valid(*motion_prior);
   if (have_prior_) prior_ = *motion_prior;
+  if (motion_prior != nullptr && !have_prior_) ++health_.bad_priors;
   ++health_.frames;
   vo_open_ = true;
   if (vo_.start(left, right, motion_prior) != VoStatus::kRunning) take_vo_result();
@@ -108,7 +113,6 @@ void Localizer::take_vo_result() {
   vo_open_ = false;
   const VoStatus status = vo_.status();
   ++health_.vo[static_cast<std::size_t>(status)];
-  health_.bad_priors = vo_.bad_priors();
   switch (status) {
     case VoStatus::kMotion:
       last_step_ = vo_.result().T_prev_cur;
