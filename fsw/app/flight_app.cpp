@@ -51,8 +51,10 @@ bool FlightApp::take_command() {
   CommandStatus status = decode(bytes, size, command);
   if (status == CommandStatus::kAccepted) status = carry_out(command, ack.detail);
   if (status != CommandStatus::kAccepted) ++bad_commands_;
-  ack.command_sequence = status == CommandStatus::kBadPacket ? 0 : command.sequence;
-  ack.command_type = static_cast<std::uint8_t>(command.type);
+  if (status != CommandStatus::kBadPacket) {  // of a bad packet no field is believed
+    ack.command_sequence = command.sequence;
+    ack.command_type = static_cast<std::uint8_t>(command.type);
+  }
   ack.status = static_cast<std::uint8_t>(status);
   send(ack);
   return true;
@@ -75,9 +77,9 @@ CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail)
       localizer_.set_map(OrbitalMap());
       const hal::Bytes bank = hal::map_bank();
       const MapStatus map = validation_.start(bank.data, bank.size);
-      validating_ = map == MapStatus::kChecking;
+      validating_ = true;  // where it was refused at once, the first step is its end, and health tells of it
       detail = static_cast<std::uint8_t>(map);
-      return validating_ ? CommandStatus::kAccepted : CommandStatus::kRefused;
+      return map == MapStatus::kChecking ? CommandStatus::kAccepted : CommandStatus::kRefused;
     }
   }
   detail = static_cast<std::uint8_t>(status);
@@ -100,6 +102,7 @@ bool FlightApp::take_pair() {
     // VO still reads the images: the new pair goes nowhere, and the minor frame is spent on the old one.
     if (!hal::camera_take({nullptr, nullptr, 0}, info)) return false;
     (void)executive_.begin_minor(localizer_, ImageU8(), ImageU8(), nullptr);
+    have_prior_ = false;  // it told of the pair that is gone
     return true;
   }
   if (!hal::camera_take({left_, right_, sizeof left_}, info)) return false;
