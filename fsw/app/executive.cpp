@@ -15,6 +15,12 @@ bool active(const cfg::ScheduleRow& row, int minor) {
 
 void Executive::init() { *this = Executive(); }
 
+void Executive::restart() {
+  const ExecutiveCounts counts = counts_;
+  init();
+  counts_ = counts;
+}
+
 LocalizerStatus Executive::begin_minor(Localizer& localizer, const ImageU8& left, const ImageU8& right,
                                        const Pose3* motion_prior) {
   CAIRN_ASSERT(!busy_);

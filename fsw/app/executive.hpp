@@ -26,6 +26,8 @@ struct MinorWork {
 class Executive {
  public:
   void init();
+  /// A new site: a major frame begins, and a pair that VO is still at is given up. Counts stay.
+  void restart();
 
   /// Begins a minor frame with a new pair (borrowed until the next one). Where VO has not finished the pair
   /// before, this one is dropped and counted, and VO goes on.

@@ -24,6 +24,7 @@ StereoRig mission_rig() {
 
 LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& rig) {
   executive_.init();
+  validation_ = MapValidation();
   validating_ = have_prior_ = false;
   pair_number_ = sequence_ = bad_commands_ = lost_packets_ = 0;
   pair_time_us_ = 0;
@@ -33,29 +34,30 @@ LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& 
 
 FlightApp::State FlightApp::cycle(std::uint32_t slice_ops) {
   hal::watchdog_kick();
-  take_command();
   WorkBudget slice(slice_ops);
-  if (validate_map(slice)) return State::kBusy;
   if (executive_.busy()) {
     if (executive_.run(localizer_, slice) == Progress::kDone) report_minor();
     return State::kBusy;
   }
-  return take_pair() ? State::kBusy : State::kIdle;
+  return take_command() || validate_map(slice) || take_pair() ? State::kBusy : State::kIdle;
 }
 
-void FlightApp::take_command() {
+bool FlightApp::take_command() {
   std::uint8_t bytes[kMaxPacketBytes];
   const std::size_t size = hal::telecommand_receive(bytes, sizeof bytes);
-  if (size == 0) return;
+  if (size == 0) return false;
   Command command;
   AckReport ack;
   CommandStatus status = decode(bytes, size, command);
   if (status == CommandStatus::kAccepted) status = carry_out(command, ack.detail);
   if (status != CommandStatus::kAccepted) ++bad_commands_;
-  ack.command_sequence = status == CommandStatus::kBadPacket ? 0 : command.sequence;
-  ack.command_type = static_cast<std::uint8_t>(command.type);
+  if (status != CommandStatus::kBadPacket) {  // of a bad packet no field is believed
+    ack.command_sequence = command.sequence;
+    ack.command_type = static_cast<std::uint8_t>(command.type);
+  }
   ack.status = static_cast<std::uint8_t>(status);
   send(ack);
+  return true;
 }
 
 CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail) {
@@ -63,7 +65,7 @@ CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail)
   switch (command.type) {
     case CommandType::kSetStart:
       status = localizer_.set_start(command.pose, command.number[0], command.number[1]);
-      if (status == LocalizerStatus::kReady) executive_.init();
+      if (status == LocalizerStatus::kReady) executive_.restart();
       break;
     case CommandType::kSetTrim: status = localizer_.set_trim({command.number[0], command.number[1]}); break;
     case CommandType::kMotionPrior:
@@ -75,9 +77,9 @@ CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail)
       localizer_.set_map(OrbitalMap());
       const hal::Bytes bank = hal::map_bank();
       const MapStatus map = validation_.start(bank.data, bank.size);
-      validating_ = map == MapStatus::kChecking;
+      validating_ = true;  // where it was refused at once, the first step is its end, and health tells of it
       detail = static_cast<std::uint8_t>(map);
-      return validating_ ? CommandStatus::kAccepted : CommandStatus::kRefused;
+      return map == MapStatus::kChecking ? CommandStatus::kAccepted : CommandStatus::kRefused;
     }
   }
   detail = static_cast<std::uint8_t>(status);
@@ -100,6 +102,7 @@ bool FlightApp::take_pair() {
     // VO still reads the images: the new pair goes nowhere, and the minor frame is spent on the old one.
     if (!hal::camera_take({nullptr, nullptr, 0}, info)) return false;
     (void)executive_.begin_minor(localizer_, ImageU8(), ImageU8(), nullptr);
+    have_prior_ = false;  // it told of the pair that is gone
     return true;
   }
   if (!hal::camera_take({left_, right_, sizeof left_}, info)) return false;

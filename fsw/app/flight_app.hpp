@@ -2,9 +2,10 @@
 /// this object, and the one instance of it is `cairn::app::root`.
 ///
 /// The platform calls `cycle` from its main loop, as often as it can; each call spends about cfg::kSliceOps
-/// operations, so that other work of the processor is never held up longer. A cycle: kick the watchdog, take
-/// one telecommand, go on with the validation of a map, go on with the minor frame, or, where that is done,
-/// report it and take the next pair.
+/// operations, so that other work of the processor is never held up longer. A cycle: kick the watchdog, then
+/// the first of these that there is: go on with the minor frame, and report it at its end; carry out one
+/// telecommand; go on with the validation of a map; take the next pair. So no telecommand falls into a minor
+/// frame, and what it does depends on no slicing.
 #pragma once
 
 #include <cstdint>
@@ -42,9 +43,9 @@ class FlightApp {
   static const Part* parts();
 
  private:
-  void take_command();
+  bool take_command();  ///< false: nothing to do, here and below
   CommandStatus carry_out(const Command& command, std::uint8_t& detail);
-  bool validate_map(WorkBudget& slice);  ///< false: nothing to do
+  bool validate_map(WorkBudget& slice);
   bool take_pair();
   void report_minor();
   void report_fix();

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/assert.hpp"
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
 #include "geometry/pose3.hpp"

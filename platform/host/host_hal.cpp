@@ -1,5 +1,6 @@
 #include "platform/host/host_hal.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstring>
 #include <deque>
@@ -87,7 +88,7 @@ std::size_t telecommand_receive(std::uint8_t* out, std::size_t capacity) {
   std::deque<std::vector<std::uint8_t>>& commands = machine().commands;
   if (commands.empty()) return 0;
   const std::size_t size = commands.front().size() < capacity ? commands.front().size() : capacity;
-  std::memcpy(out, commands.front().data(), size);
+  std::copy_n(commands.front().begin(), size, out);
   commands.pop_front();
   return size;
 }

@@ -1,0 +1,325 @@
+// The executive: the walk of the schedule, and what follows from each overrun.
+#include "app/executive.hpp"
+
+#include <limits>
+
+#include "orbital_map/small_map.hpp"
+#include "support/cmocka.hpp"
+#include "support/death.hpp"
+#include "support/plane_scene.hpp"
+
+using namespace cairn;
+using namespace cairn::app;
+using cfg::Task;
+
+namespace {
+
+constexpr int kBeginMinor = 24;  // of kFixBegin and of kFixApply in the table
+constexpr int kApplyMinor = 29;
+constexpr int kVo = static_cast<int>(Task::kVo);
+constexpr int kBoulders = static_cast<int>(Task::kBoulders);
+constexpr int kFix = static_cast<int>(Task::kFix);
+const Vec3 kStart(-25.5, 2251010.25, 0.0);  // in the middle of small_map.hpp's ground
+
+test::PlaneScene scene;
+std::uint8_t left_pixels[2][cfg::kImagePixels];
+std::uint8_t right_pixels[2][cfg::kImagePixels];
+Localizer localizer;
+Localizer reference;
+Executive executive;
+test::MapBytes map;
+test::GridBoulder grid[4000];
+BoulderSightings sightings;
+
+StereoRig rig() {
+  StereoRig r;
+  r.width_px = cfg::kImageWidth;
+  r.height_px = cfg::kImageHeight;
+  r.fx_px = cfg::kMission.fx_px;
+  r.fy_px = cfg::kMission.fy_px;
+  r.cx_px = cfg::kMission.cx_px;
+  r.cy_px = cfg::kMission.cy_px;
+  r.baseline_m = cfg::kMission.baseline_m;
+  r.T_rover_cam = mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, r.baseline_m);
+  return r;
+}
+
+ImageU8 image(const std::uint8_t* pixels) { return packed_view(pixels, cfg::kImageWidth, cfg::kImageHeight); }
+ImageU8 left(int i) { return image(left_pixels[i]); }
+ImageU8 right(int i) { return image(right_pixels[i]); }
+
+/// Two pairs, 6 cm apart.
+int make_scene(void**) {
+  Random random(5);
+  scene.make(3);
+  for (int i = 0; i < 2; ++i) {
+    const Pose3 T_world_cam = Pose3{Quat::Identity(), Vec3(0.06 * i, 0.0, 0.0)} * rig().T_rover_cam;
+    scene.render(rig(), T_world_cam, false, 1.5, random, left_pixels[i]);
+    scene.render(rig(), T_world_cam, true, 1.5, random, right_pixels[i]);
+  }
+  return 0;
+}
+
+void start(Localizer& l, const LocalizerParams& params) {
+  assert_status(l.init(params, rig()), LocalizerStatus::kReady);
+  assert_status(l.set_start({Quat::Identity(), kStart}, 0.05, 0.01), LocalizerStatus::kReady);
+  executive.init();
+}
+
+/// A whole minor frame in slices.
+void minor_frame(const ImageU8& l, const ImageU8& r, std::uint32_t slice_ops = UINT32_MAX) {
+  assert_status(executive.begin_minor(localizer, l, r, nullptr), LocalizerStatus::kReady);
+  for (;;) {
+    WorkBudget slice(slice_ops);
+    if (executive.run(localizer, slice) == Progress::kDone) break;
+  }
+  assert_false(executive.busy());
+}
+void blind_minor_frame() { minor_frame(ImageU8(), ImageU8()); }
+
+void test_walk_of_the_table(void**) {
+  start(localizer, LocalizerParams());
+  for (int n = 0; n < 2 * cfg::kMinorFrames + 3; ++n) {
+    const int minor = n % cfg::kMinorFrames;
+    blind_minor_frame();
+    assert_int_equal(executive.minor(), minor);
+    assert_int_equal(executive.fix_closed(), minor == kApplyMinor);
+    if (minor == kBeginMinor) assert_int_equal(localizer.last_fix().frame, n + 1);
+    if (n < kBeginMinor) assert_status(localizer.last_fix().status, FixStatus::kNone);
+    if (minor == kApplyMinor) assert_status(localizer.last_fix().status, FixStatus::kNoMap);
+  }
+  for (const std::uint32_t overruns : executive.counts().overruns) assert_int_equal(overruns, 0);
+  assert_int_equal(executive.counts().dropped_pairs, 0);
+  assert_int_equal(localizer.health().frames, 2 * cfg::kMinorFrames + 3);
+  assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kNoMap)], 2);
+}
+
+void test_no_start_no_minor_frame(void**) {
+  assert_status(localizer.init(LocalizerParams(), rig()), LocalizerStatus::kReady);
+  executive.init();
+  assert_status(executive.begin_minor(localizer, left(0), right(0), nullptr), LocalizerStatus::kNoStart);
+  assert_false(executive.busy());
+  assert_false(executive.vo_open());
+  assert_int_equal(executive.minor(), cfg::kMinorFrames - 1);
+  WorkBudget slice(1000);
+  assert_status(executive.run(localizer, slice), Progress::kDone);
+  assert_int_equal(slice.spent(), 0);
+}
+
+void test_vo_comes_first(void**) {
+  start(localizer, LocalizerParams());
+  assert_status(executive.begin_minor(localizer, left(0), right(0), nullptr), LocalizerStatus::kReady);
+  std::uint32_t vo_ops = 0;
+  int slices = 0;
+  for (bool more = true; more; ++slices) {
+    const bool vo_was_open = executive.vo_open();
+    WorkBudget slice(300007);
+    more = executive.run(localizer, slice) == Progress::kMore;
+    assert_at_most(slice.spent(), 300007 + 200000);  // by one unit of work
+    const std::uint32_t(&ops)[cfg::kTasks] = executive.work().ops;
+    if (executive.vo_open()) assert_int_equal(ops[kBoulders], 0);
+    if (!vo_was_open) assert_int_equal(ops[kVo], vo_ops);
+    vo_ops = ops[kVo];
+  }
+  assert_at_least(slices, 20);
+  assert_true(vo_ops > 1000000 && executive.work().ops[kBoulders] > 1000000);
+}
+
+void test_slices_change_nothing(void**) {
+  static MinorWork work[2];
+  static Pose3 poses[2];
+  for (int way = 0; way < 2; ++way) {
+    start(localizer, LocalizerParams());
+    for (int i = 0; i < 2; ++i) minor_frame(left(i), right(i), way == 0 ? UINT32_MAX : 10007);
+    work[way] = executive.work();
+    poses[way] = localizer.T_map_cam();
+    assert_status(localizer.pose_source(), PoseSource::kVo);
+  }
+  for (int t = 0; t < cfg::kTasks; ++t) assert_int_equal(work[0].ops[t], work[1].ops[t]);
+  assert_true(poses[0].t == poses[1].t && poses[0].q.coeffs() == poses[1].q.coeffs());
+  WorkBudget none(0);  // a slice of nothing does nothing
+  assert_status(executive.begin_minor(localizer, left(0), right(0), nullptr), LocalizerStatus::kReady);
+  assert_status(executive.run(localizer, none), Progress::kMore);
+  assert_int_equal(executive.work().ops[kVo], 0);
+}
+
+/// So many hypotheses that RANSAC takes more than a minor frame has, and less than two. One that few pairs
+/// agree with ends no search early.
+LocalizerParams slow_vo() {
+  LocalizerParams params;
+  params.vo.motion.max_hypotheses = 7000;
+  params.vo.motion.confidence = 1.0 - 1e-15;
+  params.vo.motion.inlier_px = 0.04;
+  params.vo.motion.min_inliers = 4;
+  return params;
+}
+
+void test_vo_overrun_drops_the_next_pair(void**) {
+  start(localizer, slow_vo());
+  minor_frame(left(0), right(0));
+  assert_int_equal(executive.counts().overruns[kVo], 0);
+  minor_frame(left(1), right(1));
+  assert_int_equal(executive.counts().overruns[kVo], 1);
+  assert_true(executive.vo_open());
+  assert_status(localizer.vo().status(), VoStatus::kRunning);
+  assert_int_equal(executive.work().ops[kBoulders], 0);
+  assert_at_least(executive.work().ops[kVo], cfg::kImageOps);
+  assert_status(localizer.pose_source(), PoseSource::kStart);
+
+  minor_frame(left(0), right(0));  // this pair is dropped; VO finishes the one before, and boulders follow
+  assert_int_equal(executive.counts().dropped_pairs, 1);
+  assert_int_equal(executive.counts().overruns[kVo], 1);
+  assert_false(executive.vo_open());
+  assert_int_equal(localizer.health().frames, 2);
+  assert_int_equal(localizer.health().abandoned_boulders, 0);
+  assert_true(executive.work().ops[kBoulders] > 1000000);
+  assert_status(localizer.pose_source(), PoseSource::kVo);
+  assert_int_equal(executive.minor(), 2);
+
+  // The same bits as with all the time in the world.
+  assert_status(reference.init(slow_vo(), rig()), LocalizerStatus::kReady);
+  assert_status(reference.set_start({Quat::Identity(), kStart}, 0.05, 0.01), LocalizerStatus::kReady);
+  for (int i = 0; i < 2; ++i) {
+    assert_status(reference.begin_frame(left(i), right(i), nullptr), LocalizerStatus::kReady);
+    WorkBudget all = WorkBudget::unlimited();
+    assert_status(reference.step_vo(all), Progress::kDone);
+    assert_status(reference.step_boulders(all), Progress::kDone);
+  }
+  assert_true(reference.T_map_cam().t == localizer.T_map_cam().t);
+  assert_true(reference.T_map_cam().q.coeffs() == localizer.T_map_cam().q.coeffs());
+  assert_status(reference.observer().status(), localizer.observer().status());
+
+  minor_frame(left(0), right(0));  // and the next one is taken again
+  assert_int_equal(executive.counts().dropped_pairs, 1);
+  assert_int_equal(localizer.health().frames, 3);
+}
+
+void test_boulder_overrun_is_abandoned(void**) {
+  LocalizerParams params;
+  params.boulders.segmentation.spatial_radius_px = 32;
+  start(localizer, params);
+  minor_frame(left(0), right(0));
+  assert_int_equal(executive.counts().overruns[kBoulders], 1);
+  assert_int_equal(executive.counts().overruns[kVo], 0);
+  assert_false(executive.vo_open());
+  assert_status(localizer.observer().status(), ObserveStatus::kRunning);
+  assert_at_least(executive.work().ops[kBoulders], cfg::kImageOps);
+  assert_int_equal(localizer.health().abandoned_boulders, 0);
+  blind_minor_frame();
+  assert_int_equal(localizer.health().abandoned_boulders, 1);
+  assert_status(localizer.observer().status(), ObserveStatus::kIdle);
+  assert_int_equal(localizer.tracks().created(), 0);
+  assert_int_equal(executive.counts().dropped_pairs, 0);
+  assert_int_equal(executive.work().ops[kBoulders], 0);
+}
+
+/// A map about the start, and boulders beside its own as if they had been seen.
+void make_boulders() {
+  for (unsigned i = 0; i < 4000; ++i) grid[i] = {0, 25 * (i % 80), 40 * (i / 80), 300};
+  test::make_map(map, 1, 1, 10000, 0.01, grid, 4000);
+  MapValidation validation;
+  assert_status(validation.start(map.bytes, map.size), MapStatus::kChecking);
+  WorkBudget budget = WorkBudget::unlimited();
+  assert_status(validation.step(budget), Progress::kDone);
+  assert_status(validation.status(), MapStatus::kUsable);
+  localizer.set_map(validation.result());
+  sightings.clear();
+  Random random(9);
+  for (unsigned i = 0; i < 120; ++i) {
+    BoulderSighting s;
+    s.p_site_m = Vec3(0.5 * (i % 12) - 3.0 + 0.03 + 1e-5 * random.below(1000),
+                      0.8 * (i / 12) - 4.0 + 0.02 + 1e-5 * random.below(1000), 0.1);
+    s.diameter_m = 0.3F;
+    s.range_m = 1.0F;
+    s.points = 10;
+    assert_true(sightings.push_back(s));
+  }
+  for (std::uint32_t frame = 1; frame <= 5; ++frame) localizer.tracks().update(sightings, frame);
+}
+
+void test_late_fix_is_counted(void**) {
+  LocalizerParams params;
+  params.map_window_radius_m = 100.0;
+  params.icp.gate_start_m = 1000.0;  // every boulder is near to every other: much to compare
+  params.icp.gate_final_m = 1000.0;
+  params.icp.max_iterations = 1000;
+  params.icp.step_m = 0.0;
+  params.icp.step_rad = 0.0;
+  start(localizer, params);
+  make_boulders();
+  for (std::uint32_t round = 1; round <= 2; ++round) {
+    for (int n = 0; n < cfg::kMinorFrames; ++n) blind_minor_frame();
+    assert_true(executive.fix_closed());
+    assert_status(localizer.last_fix().status, FixStatus::kLate);
+    assert_int_equal(localizer.last_fix().local_boulders, 120);
+    assert_int_equal(localizer.last_fix().map_boulders, 4000);
+    assert_int_equal(executive.counts().overruns[kFix], round);
+    assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], round);
+    assert_near((localizer.T_map_rover().t - kStart).norm(), 0.0, 0.0);
+  }
+}
+
+void test_fix_in_time_is_not(void**) {
+  start(localizer, LocalizerParams());
+  make_boulders();
+  std::uint32_t most = 0;
+  for (int n = 0; n < cfg::kMinorFrames; ++n) {
+    blind_minor_frame();
+    const std::uint32_t ops = executive.work().ops[kFix];
+    assert_int_equal(ops > 0, n >= kBeginMinor && n < kApplyMinor && ops > 0);
+    if (ops > most) most = ops;
+    if (n < kApplyMinor) assert_near((localizer.T_map_rover().t - kStart).norm(), 0.0, 0.0);
+  }
+  assert_true(most > 0);
+  assert_status(localizer.last_fix().status, FixStatus::kApplied);
+  assert_int_equal(localizer.last_fix().frame, kBeginMinor + 1);
+  assert_int_equal(executive.counts().overruns[kFix], 0);
+  assert_true(localizer.last_fix().correction.x_m != 0.0);
+}
+
+void test_restart_keeps_the_counts(void**) {
+  start(localizer, slow_vo());
+  minor_frame(left(0), right(0));
+  minor_frame(left(1), right(1));
+  minor_frame(left(0), right(0));
+  minor_frame(left(0), right(0));
+  const std::uint32_t overruns = executive.counts().overruns[kVo];
+  assert_int_equal(executive.counts().dropped_pairs, 1);
+  assert_status(localizer.set_start({Quat::Identity(), kStart}, 0.05, 0.01), LocalizerStatus::kReady);
+  executive.restart();
+  assert_false(executive.vo_open());
+  assert_int_equal(executive.counts().overruns[kVo], overruns);
+  assert_int_equal(executive.counts().dropped_pairs, 1);
+  minor_frame(left(0), right(0));
+  assert_int_equal(executive.minor(), 0);
+  assert_status(localizer.pose_source(), PoseSource::kStart);
+  executive.init();
+  assert_int_equal(executive.counts().overruns[kVo], 0);
+  assert_int_equal(executive.counts().dropped_pairs, 0);
+}
+
+void test_a_frame_within_a_frame_is_our_own_error(void**) {
+  start(localizer, LocalizerParams());
+  assert_true(test::asserts([] {
+    for (int i = 0; i < 2; ++i)
+      static_cast<void>(executive.begin_minor(localizer, ImageU8(), ImageU8(), nullptr));
+  }));
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_walk_of_the_table),
+      cmocka_unit_test(test_no_start_no_minor_frame),
+      cmocka_unit_test(test_vo_comes_first),
+      cmocka_unit_test(test_slices_change_nothing),
+      cmocka_unit_test(test_vo_overrun_drops_the_next_pair),
+      cmocka_unit_test(test_boulder_overrun_is_abandoned),
+      cmocka_unit_test(test_late_fix_is_counted),
+      cmocka_unit_test(test_fix_in_time_is_not),
+      cmocka_unit_test(test_restart_keeps_the_counts),
+      cmocka_unit_test(test_a_frame_within_a_frame_is_our_own_error),
+  };
+  return cmocka_run_group_tests(tests, make_scene, nullptr);
+}

@@ -1,0 +1,131 @@
+// Telecommands against doc/ICD.md: every byte, every status, every flipped bit.
+#include "app/telecommand.hpp"
+
+#include <limits>
+
+#include "app/packet_bytes.hpp"
+#include "support/cmocka.hpp"
+#include "support/death.hpp"
+
+using namespace cairn;
+using namespace cairn::app;
+using cairn::test::PacketBytes;
+
+namespace {
+
+constexpr std::uint32_t kSequence = 0x81726354U;
+const Pose3 kPose{Quat(0.5, -0.5, 0.25, 0.75), Vec3(1.5, -2.25, 1e-3)};
+constexpr std::size_t kSizes[] = {84, 28, 68, 12};  // by type, from 1
+
+Packet packet;
+PacketBytes damaged;
+
+Command command(int type) {
+  Command c;
+  c.type = static_cast<CommandType>(type);
+  c.sequence = kSequence;
+  c.pose = kPose;
+  c.number[0] = 0.05;
+  c.number[1] = -0.01;
+  return c;
+}
+
+PacketBytes bytes_of(int type) {
+  PacketBytes b(static_cast<std::uint8_t>(type), kSequence);
+  if (type == 1 || type == 3) b.pose(kPose);
+  if (type == 1 || type == 2) {
+    b.f64(0.05);
+    b.f64(-0.01);
+  }
+  b.finish();
+  return b;
+}
+
+CommandStatus status_of(const PacketBytes& b) {
+  Command out;
+  return decode(b.data(), b.size(), out);
+}
+
+void test_every_byte_is_as_the_icd_says(void**) {
+  for (int type = 1; type <= 4; ++type) {
+    const PacketBytes expected = bytes_of(type);
+    encode(command(type), packet);
+    assert_int_equal(packet.size(), kSizes[type - 1]);
+    assert_int_equal(expected.size(), kSizes[type - 1]);
+    assert_memory_equal(packet.data(), expected.data(), expected.size());
+    Command back;
+    assert_status(decode(expected.data(), expected.size(), back), CommandStatus::kAccepted);
+    assert_status(back.type, type);
+    assert_int_equal(back.sequence, kSequence);
+    encode(back, packet);
+    assert_memory_equal(packet.data(), expected.data(), expected.size());
+  }
+}
+
+void test_content_is_taken_as_it_comes(void**) {
+  Command c = command(1);
+  c.pose.t.x() = std::numeric_limits<double>::quiet_NaN();
+  c.number[0] = -std::numeric_limits<double>::infinity();
+  encode(c, packet);
+  Command back;
+  assert_status(decode(packet.data(), packet.size(), back), CommandStatus::kAccepted);
+  assert_true(std::isnan(back.pose.t.x()) && std::isinf(back.number[0]));
+}
+
+void test_every_single_flip_is_detected(void**) {
+  for (int type = 1; type <= 4; ++type) {
+    const PacketBytes good = bytes_of(type);
+    for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+      damaged = good;
+      damaged.data()[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+      assert_status(status_of(damaged), CommandStatus::kBadPacket);
+    }
+  }
+}
+
+void test_every_length_is_judged(void**) {
+  Command out;
+  for (int type = 1; type <= 4; ++type) {
+    const PacketBytes good = bytes_of(type);
+    for (std::size_t size = 0; size < good.size() + 8; ++size) {
+      if (size != good.size()) assert_status(decode(good.data(), size, out), CommandStatus::kBadPacket);
+      if (size < 12 || size == good.size()) continue;
+      damaged = good;  // a good packet, but too short or too long for its type
+      damaged.seal(size);
+      assert_status(status_of(damaged), CommandStatus::kBadPacket);
+    }
+  }
+  assert_status(decode(nullptr, 12, out), CommandStatus::kBadPacket);
+}
+
+void test_unknown_types_and_versions(void**) {
+  for (const int type : {0, 5, 255}) {
+    damaged = bytes_of(4);
+    damaged.data()[0] = static_cast<std::uint8_t>(type);
+    damaged.seal(damaged.size());
+    assert_status(status_of(damaged), CommandStatus::kUnknownType);
+  }
+  damaged = bytes_of(4);
+  damaged.data()[1] = 2;
+  damaged.seal(damaged.size());
+  assert_status(status_of(damaged), CommandStatus::kBadPacket);
+}
+
+void test_own_errors_assert(void**) {
+  assert_true(test::asserts([] { encode(command(9), packet); }));
+  assert_false(test::asserts([] { encode(command(4), packet); }));
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_every_byte_is_as_the_icd_says),
+      cmocka_unit_test(test_content_is_taken_as_it_comes),
+      cmocka_unit_test(test_every_single_flip_is_detected),
+      cmocka_unit_test(test_every_length_is_judged),
+      cmocka_unit_test(test_unknown_types_and_versions),
+      cmocka_unit_test(test_own_errors_assert),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}

@@ -1,0 +1,283 @@
+// Telemetry packets against doc/ICD.md: every byte, every status, every flipped bit.
+#include "app/telemetry.hpp"
+
+#include <cstring>
+#include <limits>
+
+#include "app/packet_bytes.hpp"
+#include "support/cmocka.hpp"
+
+using namespace cairn;
+using namespace cairn::app;
+using cairn::test::PacketBytes;
+
+namespace {
+
+constexpr std::uint32_t kSequence = 0x81726354U;
+const Pose3 kVoPose{Quat(0.5, -0.5, 0.25, 0.75), Vec3(1.5, -2.25, 1e-3)};
+const Pose3 kPose{Quat(0.1, 0.2, 0.3, 0.4), Vec3(-1e6, 7.0, 0.1)};
+
+FrameReport frame_report() {
+  FrameReport r;
+  r.number = 0x01020304U;
+  r.t_capture_us = 0x1112131415161718ULL;
+  r.pose_source = 0x21;
+  r.vo_status = 0x22;
+  r.boulder_status = 0x23;
+  r.T_map_cam_vo = kVoPose;
+  r.T_map_cam = kPose;
+  r.sigma_xy_m = 0.125F;
+  r.sigma_yaw_rad = -0.3F;
+  r.features_left = 0x3132;
+  r.features_right = 0x3334;
+  r.stereo = 0x3536;
+  r.matches = 0x3738;
+  r.inliers = 0x393A;
+  r.rms_px = 1.1F;
+  r.regions = 0x4142;
+  r.evident_regions = 0x4344;
+  r.boulders = 0x4546;
+  r.boulders_matched = 0x4748;
+  r.scale = 0.017F;
+  r.turn_rad_per_m = -0.0021F;
+  r.vo_ops = 0x51525354U;
+  r.boulder_ops = 0x55565758U;
+  r.fix_ops = 0xFFFFFFFFU;
+  return r;
+}
+
+PacketBytes frame_bytes() {
+  PacketBytes b(1, kSequence);
+  b.u32(0x01020304U);
+  b.u64(0x1112131415161718ULL);
+  for (const unsigned v : {0x21U, 0x22U, 0x23U}) b.u8(v);
+  b.pose(kVoPose);
+  b.pose(kPose);
+  b.f32(0.125F);
+  b.f32(-0.3F);
+  for (const unsigned v : {0x3132U, 0x3334U, 0x3536U, 0x3738U, 0x393AU}) b.u16(v);
+  b.f32(1.1F);
+  for (const unsigned v : {0x4142U, 0x4344U, 0x4546U, 0x4748U}) b.u16(v);
+  b.f32(0.017F);
+  b.f32(-0.0021F);
+  for (const std::uint32_t v : {0x51525354U, 0x55565758U, 0xFFFFFFFFU}) b.u32(v);
+  b.finish();
+  return b;
+}
+
+FixReport fix_report() {
+  FixReport r;
+  r.number = 0x01020304U;
+  r.status = 0x21;
+  r.map_window_full = 0x22;
+  r.dx_m = 0.1;
+  r.dy_m = -0.2;
+  r.dyaw_rad = 1e-300;
+  r.scale = 1.02;
+  r.rms_m = 0.05F;
+  r.sigma_xy_m = 0.06F;
+  r.sigma_yaw_rad = 0.07F;
+  r.local_boulders = 0x3132;
+  r.map_boulders = 0x3334;
+  r.pairs = 0x3536;
+  r.trimmed = 0x3738;
+  r.gated = 0x393A;
+  r.iterations = 0x3B3C;
+  return r;
+}
+
+PacketBytes fix_bytes() {
+  PacketBytes b(2, kSequence);
+  b.u32(0x01020304U);
+  b.u8(0x21);
+  b.u8(0x22);
+  for (const double v : {0.1, -0.2, 1e-300, 1.02}) b.f64(v);
+  for (const float v : {0.05F, 0.06F, 0.07F}) b.f32(v);
+  for (const unsigned v : {0x3132U, 0x3334U, 0x3536U, 0x3738U, 0x393AU, 0x3B3CU}) b.u16(v);
+  b.finish();
+  return b;
+}
+
+PacketBytes boulder_bytes() {
+  PacketBytes b(3, kSequence);
+  b.u32(0x01020304U);
+  for (const double v : {12.5, -24.3, 0.125}) b.f64(v);
+  b.f32(0.3F);
+  b.f32(0.04F);
+  b.u16(0x3132);
+  b.finish();
+  return b;
+}
+const BoulderReport kBoulder{0x01020304U, 12.5, -24.3, 0.125, 0.3F, 0.04F, 0x3132};
+
+PacketBytes ack_bytes() {
+  PacketBytes b(4, kSequence);
+  b.u32(0x01020304U);
+  for (const unsigned v : {0x21U, 0x22U, 0x23U}) b.u8(v);
+  b.finish();
+  return b;
+}
+const AckReport kAck{0x01020304U, 0x21, 0x22, 0x23};
+
+HealthReport health_report() {
+  HealthReport r;
+  std::uint32_t next = 0xA0000001U;
+  r.frames = next++;
+  for (std::uint32_t& v : r.vo) v = next++;
+  for (std::uint32_t& v : r.boulders) v = next++;
+  for (std::uint32_t& v : r.fixes) v = next++;
+  for (std::uint32_t& v : r.overruns) v = next++;
+  r.extrapolated = next++;
+  r.abandoned_boulders = next++;
+  r.dropped_tracks = next++;
+  r.dropped_pairs = next++;
+  r.bad_priors = next++;
+  r.bad_commands = next++;
+  r.lost_packets = next++;
+  r.map_status = 0x77;
+  return r;
+}
+
+PacketBytes health_bytes() {
+  PacketBytes b(5, kSequence);
+  for (std::uint32_t i = 1; i <= 42; ++i) b.u32(0xA0000000U + i);
+  b.u8(0x77);
+  b.finish();
+  return b;
+}
+
+Packet packet;
+PacketBytes damaged;
+
+/// Writes the bytes of the ICD; reads them back to a report that writes them again.
+template <typename Report>
+void check_round_trip(const Report& report, const PacketBytes& expected, PacketType expected_type,
+                      std::size_t icd_size) {
+  encode(report, kSequence, packet);
+  assert_int_equal(packet.size(), icd_size);
+  assert_int_equal(expected.size(), icd_size);
+  assert_memory_equal(packet.data(), expected.data(), icd_size);
+  PacketType type{};
+  std::uint32_t sequence = 0;
+  assert_status(check_packet(packet.data(), packet.size(), type, sequence), PacketStatus::kGood);
+  assert_status(type, expected_type);
+  assert_int_equal(sequence, kSequence);
+  Report back;
+  assert_status(decode(expected.data(), expected.size(), back), PacketStatus::kGood);
+  encode(back, kSequence, packet);
+  assert_memory_equal(packet.data(), expected.data(), icd_size);
+}
+
+void test_every_byte_is_as_the_icd_says(void**) {
+  check_round_trip(frame_report(), frame_bytes(), PacketType::kFrame, 189);
+  check_round_trip(fix_report(), fix_bytes(), PacketType::kFix, 74);
+  check_round_trip(kBoulder, boulder_bytes(), PacketType::kBoulder, 50);
+  check_round_trip(kAck, ack_bytes(), PacketType::kAck, 19);
+  check_round_trip(health_report(), health_bytes(), PacketType::kHealth, 181);
+}
+
+void test_numbers_that_are_none_come_through(void**) {
+  FixReport r = fix_report();
+  r.dx_m = std::numeric_limits<double>::quiet_NaN();
+  r.dy_m = -std::numeric_limits<double>::infinity();
+  r.rms_m = std::numeric_limits<float>::quiet_NaN();
+  encode(r, 1, packet);
+  FixReport back;
+  assert_status(decode(packet.data(), packet.size(), back), PacketStatus::kGood);
+  assert_true(std::isnan(back.dx_m) && std::isinf(back.dy_m) && back.dy_m < 0.0 && std::isnan(back.rms_m));
+  assert_near(back.dyaw_rad, r.dyaw_rad, 0.0);
+}
+
+template <typename Report>
+PacketStatus status_of(const PacketBytes& b, std::size_t size) {
+  Report report;
+  return decode(b.data(), size, report);
+}
+
+/// No decoder takes what is damaged, and the report stays as it was.
+template <typename Report>
+void check_every_flip(const PacketBytes& good) {
+  for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    damaged = good;
+    damaged.data()[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+    const PacketStatus expected =
+        bit / 8 == 2 || bit / 8 == 3 ? PacketStatus::kBadSize : PacketStatus::kBadCrc;
+    assert_status(status_of<Report>(damaged, damaged.size()), expected);
+  }
+}
+
+void test_every_single_flip_is_detected(void**) {
+  check_every_flip<FrameReport>(frame_bytes());
+  check_every_flip<FixReport>(fix_bytes());
+  check_every_flip<BoulderReport>(boulder_bytes());
+  check_every_flip<AckReport>(ack_bytes());
+  check_every_flip<HealthReport>(health_bytes());
+}
+
+void test_every_length_is_judged(void**) {
+  const PacketBytes good = frame_bytes();
+  for (std::size_t size = 0; size < good.size() + 8; ++size) {
+    if (size == good.size()) continue;
+    assert_status(status_of<FrameReport>(good, size),
+                  size < 12 ? PacketStatus::kTooShort : PacketStatus::kBadSize);
+  }
+  FrameReport report;
+  assert_status(decode(nullptr, good.size(), report), PacketStatus::kTooShort);
+}
+
+void test_a_size_that_is_not_the_types(void**) {
+  damaged = fix_bytes();
+  damaged.seal(damaged.size() - 2);
+  assert_status(status_of<FixReport>(damaged, damaged.size()), PacketStatus::kBadSize);
+  damaged = fix_bytes();
+  damaged.seal(damaged.size() + 1);
+  assert_status(status_of<FixReport>(damaged, damaged.size()), PacketStatus::kBadSize);
+  damaged.seal(12);  // no body
+  assert_status(status_of<FixReport>(damaged, damaged.size()), PacketStatus::kBadSize);
+}
+
+void test_other_versions_and_types(void**) {
+  for (const int version : {0, 2, 255}) {
+    damaged = ack_bytes();
+    damaged.data()[1] = static_cast<std::uint8_t>(version);
+    damaged.seal(damaged.size());
+    assert_status(status_of<AckReport>(damaged, damaged.size()), PacketStatus::kBadVersion);
+  }
+  assert_status(status_of<FrameReport>(fix_bytes(), 74), PacketStatus::kOtherType);
+  assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
+  assert_status(status_of<BoulderReport>(ack_bytes(), 19), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 181), PacketStatus::kOtherType);
+  assert_status(status_of<HealthReport>(frame_bytes(), 189), PacketStatus::kOtherType);
+  for (const int type : {0, 6, 255}) {
+    damaged = ack_bytes();
+    damaged.data()[0] = static_cast<std::uint8_t>(type);
+    damaged.seal(damaged.size());
+    assert_status(status_of<AckReport>(damaged, damaged.size()), PacketStatus::kOtherType);
+  }
+}
+
+void test_a_refused_packet_leaves_the_report(void**) {
+  damaged = ack_bytes();
+  damaged.data()[9] ^= 1U;
+  AckReport report{7, 8, 9, 10};
+  assert_status(decode(damaged.data(), damaged.size(), report), PacketStatus::kBadCrc);
+  assert_int_equal(report.command_sequence, 7);
+  assert_int_equal(report.command_type, 8);
+  assert_int_equal(report.status, 9);
+  assert_int_equal(report.detail, 10);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_every_byte_is_as_the_icd_says),
+      cmocka_unit_test(test_numbers_that_are_none_come_through),
+      cmocka_unit_test(test_every_single_flip_is_detected),
+      cmocka_unit_test(test_every_length_is_judged),
+      cmocka_unit_test(test_a_size_that_is_not_the_types),
+      cmocka_unit_test(test_other_versions_and_types),
+      cmocka_unit_test(test_a_refused_packet_leaves_the_report),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
