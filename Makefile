@@ -202,7 +202,7 @@ run-tests:
 	for t in $(TESTS); do \
 	  name=$${t#$(B)/tests/}; \
 	  if $$t >$$t.log 2>&1; then \
-	    grep -E '^(skipped: |\[  PASSED )' $$t.log | sed "s|^|  $$name: |"; \
+	    printf '%s\n' "$$name"; grep -E '^(skipped: |\[==========\] .* run\.|\[  (PASSED|SKIPPED) )' $$t.log; \
 	  else cat $$t.log; failed="$$failed $$name"; fi; \
 	done; \
 	[ -z "$$failed" ] || printf '  FAILED:%s\n' "$$failed"; [ $$built = 0 ] && [ -z "$$failed" ]
