@@ -128,7 +128,7 @@ void test_motion_is_recovered(void**) {
   assert_at_most(e.rotation_rad, 6e-5);
   assert_at_most(e.translation_m, 6e-5);
   assert_true(r.inliers <= r.stereo && r.inliers > 80);
-  assert_at_most(r.rms_px, 0.3);
+  assert_at_most(r.rms_px, 0.06);
 }
 
 void test_ground_plane(void**) {
