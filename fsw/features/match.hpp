@@ -2,9 +2,9 @@
 /// one job for left to right and for t to t+1: what differs is only the window in which each query feature
 /// may find its partner.
 ///
-/// A match is kept where the best distance is below `max_distance`, at most `ratio` times the second best in
-/// the window, and where the partner's own best query is this one (each partner is used once). Blobs match
-/// blobs of the same sign.
+/// A match is kept where the best distance is at most `max_distance` and at most `ratio` times the second
+/// best in the window. Each partner is used once: of the queries that chose it so, the nearest keeps it (the
+/// first of equals). Blobs match blobs of the same sign.
 #pragma once
 
 #include <cstdint>

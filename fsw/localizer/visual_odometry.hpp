@@ -60,8 +60,10 @@ struct VoParams {
 };
 
 struct VoResult {
-  Pose3 T_prev_cur;                ///< current camera in the previous good frame's camera: the step
-  Mat6 covariance = Mat6::Zero();  ///< of the step: rotation xyz (rad), translation xyz (m)
+  Pose3 T_prev_cur;  ///< current camera in the previous good frame's camera: the step
+  /// Rotation xyz (rad), translation xyz (m): of the motion from the reference, perturbed in the current
+  /// camera (right of T_prev_cur). That is the step's where the reference is the previous frame.
+  Mat6 covariance = Mat6::Zero();
   int features_left = 0;
   int features_right = 0;
   int stereo = 0;   ///< stereo points

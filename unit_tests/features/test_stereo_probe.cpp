@@ -137,6 +137,10 @@ void test_repeated_texture_is_left_out(void**) {
   }
   run({}, Vec3(0.0, 0.0, 30.0));  // searched from 22 to 50 px: more than one period, but for the left rim
   for (const StereoProbe& p : job.result()) assert_true(p.u < 54);
+  StereoProbeParams narrow;  // from 14 to 26 px: 18 and 24, six apart
+  narrow.below = narrow.above = 0.2;
+  run(narrow, Vec3(0.0, 0.0, 20.0));
+  for (const StereoProbe& p : job.result()) assert_true(p.u < 30);
 }
 
 void test_minimum_at_the_end_of_the_range_is_left_out(void**) {

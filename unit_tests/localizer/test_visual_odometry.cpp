@@ -125,10 +125,10 @@ void test_motion_is_recovered(void**) {
   print_message(
       "rms of a step: %.5f rad, %.5f m; last: %d features, %d stereo, %d matches, %d inliers, %.3f px\n",
       e.rotation_rad, e.translation_m, r.features_left, r.stereo, r.matches, r.inliers, r.rms_px);
-  assert_at_most(e.rotation_rad, 0.0006);
-  assert_at_most(e.translation_m, 0.0006);
+  assert_at_most(e.rotation_rad, 6e-5);
+  assert_at_most(e.translation_m, 6e-5);
   assert_true(r.inliers <= r.stereo && r.inliers > 80);
-  assert_at_most(r.rms_px, 0.3);
+  assert_at_most(r.rms_px, 0.06);
 }
 
 void test_ground_plane(void**) {
