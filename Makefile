@@ -187,6 +187,8 @@ $(B)/tests/opencv/%: $(B)/unit_tests/opencv/%.o $(LIBS_ALL)
 $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(GDAL_LIBS) -lfmt -o $@
+# This one runs the program.
+$(B)/tests/ground_tools/test_cmd_run: $(CAIRN)
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(GDAL_LIBS) -lfmt -o $@

@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <deque>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -10,6 +13,7 @@
 #include "commands.hpp"
 #include "map/cmap_file.hpp"
 #include "output_file.hpp"
+#include "plot/ortho_piece.hpp"
 #include "plot/svg_plot.hpp"
 #include "progress_line.hpp"
 #include "replay/replay.hpp"
@@ -46,15 +50,15 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-/// A number that fills the whole text.
+/// A finite number that fills the whole text.
 double number(const std::string& text, const std::string& option, const std::string& mend) {
   try {
     std::size_t used = 0;
     const double value = std::stod(text, &used);
-    if (used == text.size()) return value;
+    if (used == text.size() && std::isfinite(value)) return value;
   } catch (const std::exception&) {
   }
-  throw ToolError("{}: '{}' is no number; {}", option, text, mend);
+  throw ToolError("{}: '{}' is no finite number; {}", option, text, mend);
 }
 
 Pose3 parse_start(const std::string& text) {
@@ -64,9 +68,7 @@ Pose3 parse_start(const std::string& text) {
   double v[6];
   for (std::size_t i = 0; i < 6; ++i) v[i] = number(parts[i], "--start", mend);
   const Attitude attitude{v[5] * kRadPerDeg, v[4] * kRadPerDeg, v[3] * kRadPerDeg};
-  const Pose3 pose{quat_from_attitude(attitude), Vec3(v[0], v[1], v[2])};
-  if (!is_valid(pose)) throw ToolError("--start: not finite; {}", mend);
-  return pose;
+  return {quat_from_attitude(attitude), Vec3(v[0], v[1], v[2])};
 }
 
 StepTrim parse_degrade(const std::string& text) {
@@ -299,6 +301,42 @@ void print_table(const Replay& replay, const std::optional<TrajectoryErrors>& vo
   row("end, whole rotation", vo->end.rotation_deg, corrected->end.rotation_deg, "degrees");
 }
 
+/// All results or none. The files are opened before the work, so that a folder that cannot be written is told
+/// at once; a folder made for nothing goes again.
+class Results {
+ public:
+  explicit Results(const fs::path& folder) : folder_(folder), made_(!is_there(folder)) {
+    make_folder(folder);
+    for (const char* name : kNames) files_.emplace_back(folder / name);
+  }
+  ~Results() {
+    files_.clear();
+    std::error_code ignored;
+    if (made_) fs::remove(folder_, ignored);  // only where it is empty
+  }
+  Results(const Results&) = delete;
+  Results& operator=(const Results&) = delete;
+
+  /// The contents, in the order of the names.
+  void write(const std::vector<std::string>& texts) {
+    for (std::size_t i = 0; i < files_.size(); ++i) files_[i].write(texts.at(i));
+    for (OutputFile& file : files_) file.commit();
+  }
+  std::string names() const { return (folder_ / fmt::format("{{{}}}", fmt::join(kNames, ","))).string(); }
+
+ private:
+  static bool is_there(const fs::path& folder) {
+    std::error_code ignored;
+    return fs::exists(folder, ignored);
+  }
+
+  static constexpr std::array kNames = {"vo.tum",    "corrected.tum", "boulders.csv",
+                                        "fixes.csv", "summary.json",  "plot.svg"};
+  fs::path folder_;
+  bool made_;
+  std::deque<OutputFile> files_;
+};
+
 void run(const RunOptions& options) {
   if (options.no_map != options.map.empty()) {
     throw ToolError("--map: {}", options.no_map ? "goes not with --no-map; leave one out"
@@ -312,12 +350,17 @@ void run(const RunOptions& options) {
   std::vector<PlotBoulder> orbital;
   if (!options.no_map) {
     replay_options.map = read_file(options.map);
-    for (const TableBoulder& b : decode_cmap(replay_options.map, options.map.string()).boulders) {
+    const CmapContent map = decode_cmap(replay_options.map, options.map.string());
+    if (map.boulders.empty())
+      throw ToolError("{}: {}", options.map.string(), explain(MapStatus::kNoBoulders));
+    for (const TableBoulder& b : map.boulders) {
       orbital.push_back({b.p_map_m, b.diameter_m});
     }
   }
   const Dataset dataset = Dataset::open(options.dataset);
-  make_folder(options.output);
+  if (!options.ortho.empty())
+    static_cast<void>(read_ortho_piece(options.ortho, Box(), 1));  // told before the work
+  Results results(options.output);
   Replay replay;
   {
     ProgressLine progress(fmt::format("run {}", options.dataset.filename().string()));
@@ -326,17 +369,12 @@ void run(const RunOptions& options) {
   for (const std::string& warning : replay.warnings) fmt::print(stderr, "cairn: warning: {}\n", warning);
   const auto vo = compare(replay.vo, replay.truth);
   const auto corrected = compare(replay.corrected, replay.truth);
-  write_file(options.output / "vo.tum", to_tum(replay.vo));
-  write_file(options.output / "corrected.tum", to_tum(replay.corrected));
-  write_file(options.output / "boulders.csv", boulders_csv(replay));
-  write_file(options.output / "fixes.csv", fixes_csv(replay));
-  write_file(options.output / "summary.json",
-             summary_json(options, dataset, replay, vo, corrected).dump(2) + "\n");
-  write_file(options.output / "plot.svg", render_svg(plot_of(options, replay, vo, corrected, orbital)));
+  const ordered_json summary = summary_json(options, dataset, replay, vo, corrected);
+  results.write({to_tum(replay.vo), to_tum(replay.corrected), boulders_csv(replay), fixes_csv(replay),
+                 summary.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n",
+                 render_svg(plot_of(options, replay, vo, corrected, orbital))});
   print_table(replay, vo, corrected);
-  fmt::print(
-      "written: {}\n",
-      (options.output / "{vo.tum,corrected.tum,boulders.csv,fixes.csv,summary.json,plot.svg}").string());
+  fmt::print("written: {}\n", results.names());
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& 
   pair_number_ = sequence_ = bad_commands_ = lost_packets_ = 0;
   pair_time_us_ = 0;
   localizer_.set_map(OrbitalMap());
+  const LocalizerStatus untrimmed = localizer_.set_trim(StepTrim());
+  CAIRN_ASSERT(untrimmed == LocalizerStatus::kReady);
   return localizer_.init(params, rig);
 }
 

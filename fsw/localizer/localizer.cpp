@@ -42,7 +42,6 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   params_ = params;
   rig_ = rig;
   health_ = {};
-  trim_ = {};
   T_map_site_ = T_map_site_start_ = Pose2();
   T_site_rover_ = T_site_rover_vo_ = Pose3();
   fusion_.init(params.fusion, 0.0, 0.0);

@@ -116,6 +116,7 @@ struct LocalizerHealth {
 
 class Localizer {
  public:
+  /// Forgets everything but trim and map.
   LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);
   /// Declares where the rover is: T_map_rover, with what it is uncertain by. Starts a new site and forgets
   /// boulders.
