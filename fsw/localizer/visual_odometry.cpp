@@ -243,7 +243,8 @@ void VisualOdometry::refine_point(std::size_t i) {
 
 void VisualOdometry::begin_match(bool wide) {
   result_.stereo = static_cast<int>(current().valid_points);
-  if (current().valid_points < static_cast<std::size_t>(params_.motion.min_inliers)) {
+  const double least = params_.min_stereo_share * result_.features_left;
+  if (result_.stereo < params_.motion.min_inliers || result_.stereo < least) {
     finish(VoStatus::kFewStereo);
     return;
   }

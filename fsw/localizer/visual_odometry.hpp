@@ -49,6 +49,9 @@ struct VoParams {
   int search_radius_px = cfg::kMission.search_radius_px;
   int first_search_radius_px = cfg::kMission.first_search_radius_px;
   int max_reference_age = cfg::kMission.max_reference_age;
+  /// Of the left features; with fewer stereo points the frame is kFewStereo. Left and right swapped gives up
+  /// to 3 % by chance, good images give 60 %.
+  double min_stereo_share = 0.05;
   double min_reference_share = 0.5;  ///< of the reference's points; below it the reference is renewed
   double max_step_m = cfg::kMission.max_step_m;
   double max_step_rad = cfg::kMission.max_step_rad;

@@ -268,6 +268,23 @@ void test_spoiled_images(void**) {
   }
 }
 
+/// By chance a few features of swapped images match. Such a frame must never become VO's reference.
+void test_swapped_at_every_place(void**) {
+  static Pair pair;
+  for (std::size_t i = 2; i < data.frames().size(); i += kSanitized ? 50 : 5) {
+    begin();
+    assert_status(set_start(i - 1), LocalizerStatus::kReady);
+    run(i - 1, i);
+    pair = pair_of(i);
+    std::swap(pair.left, pair.right);
+    frame(localizer, pair);
+    assert_status(localizer.vo().status(), VoStatus::kFewStereo);
+    run(i, i + 1);
+    assert_status(localizer.pose_source(), PoseSource::kVo);
+    assert_at_most(error_m(i), 0.01);
+  }
+}
+
 void test_spoiled_first_frame(void**) {
   begin();
   static Pair pair;
@@ -554,6 +571,7 @@ int main() {
       cmocka_unit_test(test_bad_starts),
       cmocka_unit_test(test_start_within_a_frame),
       cmocka_unit_test(test_spoiled_images),
+      cmocka_unit_test(test_swapped_at_every_place),
       cmocka_unit_test(test_spoiled_first_frame),
       cmocka_unit_test(test_dropped_frames),
       cmocka_unit_test(test_lost),
