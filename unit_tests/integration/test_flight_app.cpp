@@ -1,0 +1,477 @@
+// The flight module through the host's hal: commands, maps, spoiled pairs, a link without room.
+#include "app/flight_app.hpp"
+
+#include <limits>
+
+#include "core/big_endian.hpp"
+#include "core/crc32.hpp"
+#include "integration/ground_station.hpp"
+#include "integration/replay.hpp"
+
+using namespace cairn;
+using namespace cairn::test;
+using app::CommandStatus;
+using app::CommandType;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int kPixels = cfg::kImageWidth * cfg::kImageHeight;
+
+ground::Dataset data;
+std::vector<std::uint8_t> rock_map;
+GroundStation down;
+std::uint32_t next_number = 0;
+Localizer reference;
+
+int open_sample(void**) {
+  data = ground::Dataset::open(kSample);
+  FlightMap made;
+  assert_status(made.make(true_rocks(kSample)), MapStatus::kUsable);
+  rock_map = made.bytes;
+  return 0;
+}
+
+void begin(const LocalizerParams& params = {}) {
+  down.begin(params, rig_of(data));
+  next_number = 100;
+}
+void begin_at_start(const LocalizerParams& params = {}) {
+  begin(params);
+  send(start_command(*data.truth_rover(0)));
+  down.run();
+  assert_int_equal(down.acks.back().status, 0);
+}
+
+host::Picture left(std::size_t i) { return picture(ground::load_grey(data.frames()[i].left)); }
+host::Picture right(std::size_t i) { return picture(ground::load_grey(data.frames()[i].right)); }
+host::Picture plain(std::uint8_t grey) {
+  return {cfg::kImageWidth, cfg::kImageHeight, std::vector<std::uint8_t>(kPixels, grey)};
+}
+
+void queue(host::Picture l, host::Picture r) {
+  ++next_number;
+  host::feed_pair(next_number, 1000ULL * next_number, std::move(l), std::move(r));
+}
+/// One pair; its report.
+const app::FrameReport& take(host::Picture l, host::Picture r) {
+  const std::size_t before = down.frames.size();
+  queue(std::move(l), std::move(r));
+  down.run();
+  assert_int_equal(down.frames.size(), before + 1);
+  assert_int_equal(down.frames.back().number, next_number);
+  assert_int_equal(down.frames.back().t_capture_us, 1000ULL * next_number);
+  return down.frames.back();
+}
+const app::FrameReport& take(std::size_t i) { return take(left(i), right(i)); }
+
+/// A health packet now: that of a map that is none.
+const app::HealthReport& health() {
+  host::load_map_bank({});
+  send(app::Command());
+  down.run();
+  return down.healths.back();
+}
+
+/// Sends raw bytes up; the ack.
+app::AckReport answer(std::vector<std::uint8_t> bytes) {
+  const std::size_t before = down.acks.size();
+  host::feed_telecommand(std::move(bytes));
+  down.run();
+  assert_int_equal(down.acks.size(), before + 1);
+  return down.acks.back();
+}
+void check_answer(const app::Command& command, CommandStatus status, int detail) {
+  const app::AckReport ack = answer(packet_of(command));
+  assert_status(ack.status, status);
+  assert_int_equal(ack.detail, detail);
+  assert_status(ack.command_type, command.type);
+  assert_int_equal(ack.command_sequence, command.sequence);
+}
+
+void test_without_a_start_nothing_moves(void**) {
+  begin();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const app::FrameReport& r = take(i);
+    assert_status(r.pose_source, PoseSource::kNone);
+    assert_status(r.vo_status, VoStatus::kIdle);
+    assert_int_equal(r.vo_ops + r.boulder_ops + r.fix_ops, 0);
+    assert_true(r.T_map_cam.t == down.frames[0].T_map_cam.t);
+  }
+  assert_int_equal(health().frames, 0);
+  send(start_command(*data.truth_rover(3)));
+  down.run();
+  assert_status(take(3).pose_source, PoseSource::kStart);
+  assert_at_most((down.frames.back().T_map_cam.t - data.truth_cam(3)->t).norm(), 0.01);
+  assert_status(take(4).pose_source, PoseSource::kVo);
+}
+
+void test_init_clears_everything(void**) {
+  begin_at_start();
+  host::load_map_bank(rock_map);
+  send(app::Command());
+  app::Command trim;
+  trim.type = CommandType::kSetTrim;
+  trim.number[0] = 2.0;
+  send(trim);
+  down.run();
+  take(0);
+  take(1);
+  const double doubled = (down.frames[1].T_map_cam_vo.t - down.frames[0].T_map_cam_vo.t).norm();
+  begin();
+  take(0);
+  assert_true(down.frames[0].T_map_cam.t.norm() < 2.0);  // where the camera sits, no more
+  assert_near(down.frames[0].sigma_xy_m, 0.0, 0.0);
+  send(start_command(*data.truth_rover(0)));
+  down.run();
+  take(0);
+  take(1);
+  const double plain_step = (down.frames[2].T_map_cam_vo.t - down.frames[1].T_map_cam_vo.t).norm();
+  assert_near(doubled, 2.0 * plain_step, 0.005);
+  for (const app::HealthReport& h : down.healths) assert_int_equal(h.map_status, 0);
+  for (std::size_t i = 0; i < down.sequences.size(); ++i) assert_int_equal(down.sequences[i], i);
+}
+
+void test_bad_rig(void**) {
+  StereoRig rig = rig_of(data);
+  rig.baseline_m = kNaN;
+  assert_status(app::root.init({}, rig), LocalizerStatus::kBadRig);
+  rig = rig_of(data);
+  rig.width_px = cfg::kImageWidth + 2;
+  assert_status(app::root.init({}, rig), LocalizerStatus::kBadRig);
+  assert_status(app::root.init({}, app::mission_rig()), LocalizerStatus::kReady);
+}
+
+void test_start_commands(void**) {
+  begin();
+  const int refused = static_cast<int>(LocalizerStatus::kBadPose);
+  for (int what = 0; what < 8; ++what) {
+    app::Command c = start_command(*data.truth_rover(0), 70 + what);
+    if (what == 0) c.pose.t.x() = kNaN;
+    if (what == 1) c.pose.t.z() = std::numeric_limits<double>::infinity();
+    if (what == 2) c.pose.q.w() = kNaN;
+    if (what == 3) c.pose.q.coeffs() *= 0.0;
+    if (what == 4) c.pose.q.coeffs() *= 1.5;
+    if (what == 5) c.number[0] = 0.0;
+    if (what == 6) c.number[1] = -0.01;
+    if (what == 7) c.number[1] = kNaN;
+    check_answer(c, CommandStatus::kRefused, refused);
+  }
+  assert_status(take(0).pose_source, PoseSource::kNone);
+  check_answer(start_command(*data.truth_rover(0), 99), CommandStatus::kAccepted, 0);
+  take(0);
+  // A refused one does not disturb the drive.
+  app::Command bad = start_command(*data.truth_rover(0), 100);
+  bad.pose.t.y() = kNaN;
+  check_answer(bad, CommandStatus::kRefused, refused);
+  assert_status(take(1).pose_source, PoseSource::kVo);
+  assert_int_equal(health().bad_commands, 10);  // with the one that asks for health
+}
+
+void test_trim_commands(void**) {
+  begin();
+  const double inf = std::numeric_limits<double>::infinity();
+  const struct {
+    double scale, yaw;
+    bool good;
+  } trims[] = {{1.0, 0.0, true},    {0.5, -0.1, true},  {2.0, 0.1, true},  {0.4999, 0.0, false},
+               {2.001, 0.0, false}, {kNaN, 0.0, false}, {inf, 0.0, false}, {1.0, 0.1001, false},
+               {1.0, kNaN, false},  {1.0, -0.11, false}};
+  for (const auto& trim : trims) {
+    app::Command c;
+    c.type = CommandType::kSetTrim;
+    c.number[0] = trim.scale;
+    c.number[1] = trim.yaw;
+    check_answer(c, trim.good ? CommandStatus::kAccepted : CommandStatus::kRefused,
+                 static_cast<int>(trim.good ? LocalizerStatus::kReady : LocalizerStatus::kBadTrim));
+  }
+}
+
+void test_damaged_commands(void**) {
+  begin();
+  const std::vector<std::uint8_t> good = packet_of(start_command(*data.truth_rover(0), 5));
+  std::uint32_t bad = 0;
+  const auto check = [&](std::vector<std::uint8_t> bytes) {
+    const app::AckReport ack = answer(std::move(bytes));
+    assert_status(ack.status, CommandStatus::kBadPacket);
+    assert_int_equal(ack.command_sequence, 0);
+    assert_int_equal(ack.command_type, 0);
+    assert_int_equal(ack.detail, 0);
+    ++bad;
+  };
+  for (std::size_t bit = 0; bit < 8 * good.size(); ++bit) {
+    std::vector<std::uint8_t> bytes = good;
+    bytes[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+    check(bytes);
+  }
+  for (std::size_t size = 1; size < good.size(); ++size) check({good.begin(), good.begin() + size});
+  check(std::vector<std::uint8_t>(app::kMaxPacketBytes + 100, 7));  // more than fits: cut, and so damaged
+  std::vector<std::uint8_t> unknown = packet_of(app::Command());
+  unknown[0] = 9;
+  be::put_u32(unknown.data() + 8, crc32(unknown.data(), 8));
+  const app::AckReport ack = answer(unknown);
+  assert_status(ack.status, CommandStatus::kUnknownType);
+  assert_int_equal(ack.command_type, 9);
+  ++bad;
+  host::feed_telecommand({});  // nothing is no command
+  down.run();
+  assert_int_equal(down.acks.size(), bad);
+  assert_status(take(0).pose_source, PoseSource::kNone);
+  assert_int_equal(health().bad_commands, bad + 1);
+}
+
+void test_commands_wait_for_the_frames_end(void**) {
+  begin_at_start();
+  take(0);
+  queue(left(1), right(1));
+  assert_status(app::root.cycle(), app::FlightApp::State::kBusy);  // the pair is taken
+  assert_status(app::root.cycle(1000), app::FlightApp::State::kBusy);
+  assert_true(app::root.executive().busy());
+  send(start_command(*data.truth_rover(7), 42));
+  queue(left(7), right(7));
+  const std::size_t acks = down.acks.size();
+  while (down.frames.size() < 2) {
+    assert_int_equal(down.acks.size(), acks);
+    static_cast<void>(app::root.cycle());
+  }
+  assert_status(down.frames.back().pose_source, PoseSource::kVo);
+  down.run();
+  assert_int_equal(down.acks.back().command_sequence, 42);
+  assert_int_equal(down.frames.size(), 3);
+  assert_status(down.frames.back().pose_source, PoseSource::kStart);
+  assert_at_most((down.frames.back().T_map_cam.t - data.truth_cam(7)->t).norm(), 0.01);
+  assert_int_equal(app::root.executive().minor(), 0);
+}
+
+void check_map(std::vector<std::uint8_t> bytes, MapStatus at_once, MapStatus in_the_end) {
+  host::load_map_bank(std::move(bytes));
+  const std::size_t healths = down.healths.size();
+  const app::AckReport ack = answer(packet_of(app::Command()));
+  assert_status(ack.status,
+                at_once == MapStatus::kChecking ? CommandStatus::kAccepted : CommandStatus::kRefused);
+  assert_status(ack.detail, at_once);
+  assert_int_equal(down.healths.size(), healths + 1);
+  assert_status(down.healths.back().map_status, in_the_end);
+}
+void check_map(std::vector<std::uint8_t> bytes, MapStatus at_once) {
+  check_map(std::move(bytes), at_once, at_once);
+}
+
+void test_maps(void**) {
+  begin();
+  check_map({}, MapStatus::kNoMap);
+  check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
+  check_map({rock_map.begin(), rock_map.begin() + 100}, MapStatus::kTruncated);
+  check_map({rock_map.begin(), rock_map.end() - 1}, MapStatus::kTruncated);
+  std::vector<std::uint8_t> bytes = rock_map;
+  bytes[0] ^= 1U;
+  check_map(bytes, MapStatus::kBadMagic);
+  bytes = rock_map;
+  bytes[20] ^= 1U;
+  check_map(bytes, MapStatus::kHeaderCrc);
+  bytes = rock_map;
+  bytes[5] = 2;
+  be::put_u32(bytes.data() + cmap::kHeaderCrcAt, crc32(bytes.data(), cmap::kHeaderCrcAt));
+  check_map(bytes, MapStatus::kUnknownVersion);
+  bytes = rock_map;
+  bytes[bytes.size() / 2] ^= 16U;
+  check_map(bytes, MapStatus::kChecking, MapStatus::kPayloadCrc);
+  check_map(ground::encode_cmap({}, {0.0, 0.0, 10.0, 10.0}, 0.01, {}), MapStatus::kChecking,
+            MapStatus::kNoBoulders);
+  check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
+}
+
+/// Each bad map leaves the module without one; the fix says so. Blind frames, as a fix needs no picture for
+/// it.
+void test_a_bad_map_is_no_map(void**) {
+  begin_at_start();
+  check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
+  for (int n = 0; n < cfg::kMinorFrames; ++n) take({}, {});
+  assert_status(down.fixes.back().status, FixStatus::kNoLocalBoulders);
+  assert_true(down.fixes.back().map_boulders > 0);
+  std::vector<std::uint8_t> bytes = rock_map;
+  bytes.back() ^= 16U;
+  check_map(bytes, MapStatus::kChecking, MapStatus::kPayloadCrc);
+  for (int n = 0; n < cfg::kMinorFrames; ++n) take({}, {});
+  assert_status(down.fixes.back().status, FixStatus::kNoMap);
+  assert_int_equal(down.fixes.size(), 2);
+  assert_int_equal(down.fixes.back().map_boulders, 0);
+  assert_status(down.healths.back().map_status, MapStatus::kPayloadCrc);
+  assert_int_equal(down.healths.back().fixes[static_cast<int>(FixStatus::kNoMap)], 1);
+  assert_int_equal(down.healths.back().fixes[static_cast<int>(FixStatus::kNoLocalBoulders)], 1);
+  assert_int_equal(down.healths.back().frames, 2 * cfg::kMinorFrames);
+}
+
+void check_held(const app::FrameReport& r, VoStatus status) {
+  assert_status(r.vo_status, status);
+  assert_status(r.pose_source, PoseSource::kHeld);
+  const app::FrameReport& before = down.frames[down.frames.size() - 2];
+  assert_true(r.T_map_cam.t == before.T_map_cam.t);
+  assert_true(r.T_map_cam.q.coeffs() == before.T_map_cam.q.coeffs());
+  assert_int_equal(r.boulders + r.regions + r.boulders_matched, 0);
+}
+/// The next good frame catches up, whatever was before it.
+void check_good(std::size_t i) {
+  const app::FrameReport& r = take(i);
+  assert_status(r.vo_status, VoStatus::kMotion);
+  assert_status(r.pose_source, PoseSource::kVo);
+  assert_at_most((r.T_map_cam.t - data.truth_cam(i)->t).norm(), 0.02);
+}
+
+void test_spoiled_pairs(void**) {
+  begin_at_start();
+  take(0);
+  check_good(1);
+  check_held(take({}, right(2)), VoStatus::kBadImage);
+  check_good(2);
+  check_held(take(left(3), {}), VoStatus::kBadImage);
+  check_held(take({}, {}), VoStatus::kBadImage);
+  check_good(4);
+  host::Picture large{cfg::kImageWidth, cfg::kImageHeight + 1,
+                      std::vector<std::uint8_t>(kPixels + cfg::kImageWidth, 90)};
+  check_held(take(large, large), VoStatus::kBadImage);
+  // As many pixels as there is room for, but not the mission's shape.
+  host::Picture wide{2 * cfg::kImageWidth, cfg::kImageHeight / 2, left(5).pixels};
+  check_held(take(wide, wide), VoStatus::kBadImage);
+  host::Picture small{cfg::kImageWidth / 2, cfg::kImageHeight / 2,
+                      std::vector<std::uint8_t>(kPixels / 4, 90)};
+  check_held(take(small, small), VoStatus::kBadImage);
+  check_good(5);
+  check_held(take(plain(0), plain(0)), VoStatus::kFewFeatures);
+  check_held(take(plain(255), plain(255)), VoStatus::kFewFeatures);
+  check_good(6);
+  check_held(take(left(7), plain(0)), VoStatus::kFewFeatures);
+  check_good(7);
+  const app::HealthReport& h = health();
+  assert_int_equal(h.frames, 16);
+  assert_int_equal(h.vo[static_cast<int>(VoStatus::kBadImage)], 6);
+  assert_int_equal(h.vo[static_cast<int>(VoStatus::kFewFeatures)], 3);
+  assert_int_equal(h.vo[static_cast<int>(VoStatus::kMotion)], 6);
+}
+
+void test_swapped_and_noise_pairs(void**) {
+  begin_at_start();
+  take(0);
+  check_good(1);
+  check_held(take(right(2), left(2)), VoStatus::kFewStereo);
+  check_good(2);
+  Random random(4);
+  host::Picture noise = plain(0);
+  for (std::uint8_t& p : noise.pixels) p = static_cast<std::uint8_t>(random.below(256));
+  check_held(take(noise, noise), VoStatus::kFewStereo);
+  check_good(3);
+}
+
+void test_bad_motion_priors_are_counted(void**) {
+  begin_at_start();
+  take(0);
+  app::Command prior;
+  prior.type = CommandType::kMotionPrior;
+  prior.pose.t.x() = kNaN;
+  check_answer(prior, CommandStatus::kAccepted, 0);
+  check_good(1);
+  prior.pose = Pose3();
+  prior.pose.q.coeffs() *= 3.0;
+  check_answer(prior, CommandStatus::kAccepted, 0);
+  check_good(2);
+  prior.pose = data.truth_cam(2)->inverse() * *data.truth_cam(3);
+  check_answer(prior, CommandStatus::kAccepted, 0);
+  check_good(3);
+  check_good(4);  // a prior serves one pair
+  assert_int_equal(health().bad_priors, 2);
+}
+
+void test_a_link_without_room(void**) {
+  begin_at_start();
+  take(0);
+  const std::size_t received = down.sequences.size();
+  GroundStation::cut();
+  queue(left(1), right(1));
+  app::Command trim;
+  trim.type = CommandType::kSetTrim;
+  trim.number[0] = 1.0;
+  send(trim);
+  down.run();
+  queue(left(2), right(2));
+  down.run();
+  assert_int_equal(down.sequences.size(), received);
+  down.listen();
+  check_good(3);  // the module went on all the while
+  assert_int_equal(down.sequences.back(), received + 3);
+  assert_int_equal(health().lost_packets, 3);
+}
+
+/// VO that takes more than one minor frame: the pair after it is dropped, and neither its number nor its
+/// pixels get into the report of the one that VO is at.
+void test_overrun_of_vo(void**) {
+  LocalizerParams slow;
+  slow.vo.motion.max_hypotheses = 6000;
+  slow.vo.motion.confidence = 1.0 - 1e-15;
+  slow.vo.motion.inlier_px = 0.04;
+  slow.vo.motion.min_inliers = 4;
+  begin_at_start(slow);
+  take(0);
+  app::Command prior;  // for the pair that is dropped: it goes with it
+  prior.type = CommandType::kMotionPrior;
+  prior.pose.t.x() = kNaN;
+  const app::FrameReport first = take(1);
+  assert_status(first.vo_status, VoStatus::kRunning);
+  send(prior);
+  queue(left(20), right(20));
+  down.run();
+  const app::FrameReport second = down.frames.back();
+  assert_int_equal(down.frames.size(), 3);
+  assert_int_equal(second.number, first.number);
+  assert_int_equal(second.t_capture_us, first.t_capture_us);
+
+  assert_status(reference.init(slow, rig_of(data)), LocalizerStatus::kReady);
+  assert_status(reference.set_start(*data.truth_rover(0), 0.05, 0.01), LocalizerStatus::kReady);
+  static Pair pair;
+  for (std::size_t i = 0; i < 2; ++i) {
+    load(data.frames()[i], pair);
+    frame(reference, pair);
+  }
+  assert_status(second.vo_status, reference.vo().status());
+  assert_true(second.T_map_cam.t == reference.T_map_cam().t);
+  assert_int_equal(second.regions, reference.observer().counts().regions);
+  assert_int_equal(second.boulders, reference.observer().result().size());
+  assert_int_equal(second.evident_regions, reference.observer().counts().evident);
+
+  take(2);
+  const app::HealthReport& h = health();
+  assert_int_equal(h.dropped_pairs, 1);
+  assert_at_least(h.overruns[static_cast<int>(cfg::Task::kVo)], 1);
+  assert_int_equal(h.frames, 3);
+  assert_int_equal(h.bad_priors, 0);
+}
+
+void test_parts_are_within_the_root(void**) {
+  for (int i = 0; i < app::FlightApp::kParts; ++i) {
+    assert_true(app::FlightApp::parts()[i].bytes > 0);
+    assert_true(app::FlightApp::parts()[i].bytes <= sizeof(app::FlightApp));
+  }
+  assert_at_most(sizeof(app::FlightApp), 16 * 1024 * 1024);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_without_a_start_nothing_moves),
+      cmocka_unit_test(test_init_clears_everything),
+      cmocka_unit_test(test_bad_rig),
+      cmocka_unit_test(test_start_commands),
+      cmocka_unit_test(test_trim_commands),
+      cmocka_unit_test(test_damaged_commands),
+      cmocka_unit_test(test_commands_wait_for_the_frames_end),
+      cmocka_unit_test(test_maps),
+      cmocka_unit_test(test_a_bad_map_is_no_map),
+      cmocka_unit_test(test_spoiled_pairs),
+      cmocka_unit_test(test_swapped_and_noise_pairs),
+      cmocka_unit_test(test_bad_motion_priors_are_counted),
+      cmocka_unit_test(test_a_link_without_room),
+      cmocka_unit_test(test_overrun_of_vo),
+      cmocka_unit_test(test_parts_are_within_the_root),
+  };
+  return cmocka_run_group_tests(tests, open_sample, nullptr);
+}
