@@ -182,7 +182,8 @@ void test_paper_variant(void**) {
   assert_int_equal(raised_of(0), 0);
 }
 
-/// Boulders stand close together: half of what surrounds the small one is no ground, and all of it on one side.
+/// Boulders stand close together: half of what surrounds the small one is no ground, and all of it on one
+/// side.
 void test_other_boulders_around(void**) {
   lay_ground({0.2, 0.0, 0.005});
   raise(200, 200, 12, 0.06, 1);
