@@ -55,7 +55,7 @@ MeanShiftStatus MeanShiftJob::start(const MeanShiftParams& params, const ImageU8
   output_ = output;
   x_px_ = 0;
   y_px_ = 0;
-  begin_pixel();
+  iteration_ = 0;
   status_ = MeanShiftStatus::kRunning;
   return status_;
 }
@@ -74,18 +74,15 @@ Progress MeanShiftJob::step(WorkBudget& budget) {
         return Progress::kDone;
       }
     }
-    begin_pixel();
+    iteration_ = 0;
   }
   return Progress::kMore;
 }
 
-void MeanShiftJob::begin_pixel() {
-  iteration_ = 0;
-  at_ = {x_px_, y_px_, input_.row(y_px_)[x_px_]};
-}
-
 /// One iteration. True: the trajectory rests.
 bool MeanShiftJob::iterate() {
+  // Read here and not in `start`: the caller may fill the image between the two.
+  if (iteration_ == 0) at_ = {x_px_, y_px_, input_.row(y_px_)[x_px_]};
   const Point before = at_;
   shift();
   const int dx = magnitude(at_.x - before.x);

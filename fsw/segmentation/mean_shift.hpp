@@ -50,7 +50,6 @@ class MeanShiftJob {
   MeanShiftStatus status() const { return status_; }
 
  private:
-  void begin_pixel();
   bool iterate();
   void shift();
 

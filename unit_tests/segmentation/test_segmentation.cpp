@@ -296,6 +296,24 @@ void test_same_bits_however_sliced(void**) {
   }
 }
 
+/// The job's planes still hold the image before: neither the result nor the work may depend on it.
+void test_image_before_leaves_no_trace(void**) {
+  static std::uint8_t before[2][cfg::kImagePixels];
+  draw_scene();
+  std::memset(before[0], 0, sizeof before[0]);
+  std::memset(before[1], pixels[0] + 8, sizeof before[1]);  // near enough to draw the first pixel's mean
+  std::uint64_t work[2];
+  for (int i = 0; i < 2; ++i) {
+    assert_status(run({}, packed_view<const std::uint8_t>(before[i], kWidth, kHeight)),
+                  SegmentationStatus::kNoRegions);
+    assert_status(job.start({}, image()), SegmentationStatus::kRunning);
+    WorkBudget budget = WorkBudget::unlimited();
+    assert_true(job.step(budget) == Progress::kDone);
+    work[i] = budget.spent();
+  }
+  assert_int_equal(work[0], work[1]);
+}
+
 void test_bad_views(void**) {
   static SegmentationJob fresh;
   assert_status(fresh.status(), SegmentationStatus::kIdle);
@@ -379,6 +397,7 @@ int main() {
       cmocka_unit_test(test_wider_tolerance_before_giving_up),
       cmocka_unit_test(test_any_smaller_size),
       cmocka_unit_test(test_same_bits_however_sliced),
+      cmocka_unit_test(test_image_before_leaves_no_trace),
       cmocka_unit_test(test_bad_views),
       cmocka_unit_test(test_bad_parameters),
       cmocka_unit_test(test_extreme_parameters),
