@@ -335,6 +335,21 @@ void Dataset::read_kitti_poses(const fs::path& path) {
   }
 }
 
+PairImages Dataset::images(std::size_t index) const {
+  PairImages pair;
+  const auto load = [&pair](const fs::path& path, Image& image) {
+    if (path.empty()) return;
+    try {
+      image = load_grey(path);
+    } catch (const ImageError& error) {
+      pair.faults.emplace_back(error.what());
+    }
+  };
+  load(frames_[index].left, pair.left);
+  load(frames_[index].right, pair.right);
+  return pair;
+}
+
 std::optional<Pose3> Dataset::truth_cam(std::size_t index) const { return truth_cam_.at(index); }
 
 std::optional<Pose3> Dataset::truth_rover(std::size_t index) const {

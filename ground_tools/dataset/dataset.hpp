@@ -29,7 +29,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/stereo_rig.hpp"
+#include "dataset/drive.hpp"
 
 namespace cairn::ground {
 
@@ -40,15 +40,7 @@ struct Frame {
   std::filesystem::path right;  ///< empty: missing
 };
 
-struct TruthRock {
-  int id = 0;
-  Vec2 p_map_m = Vec2(0.0, 0.0);
-  double z_ground_map_m = 0.0;
-  double diameter_m = 0.0;
-  double height_m = 0.0;
-};
-
-class Dataset {
+class Dataset : public Drive {
  public:
   /// Throws ToolError, one line with the file and the mend: no folder, no images, no or wrong calibration,
   /// truth or stamps that cannot be read, no image that can be decoded (for the size).
@@ -57,15 +49,19 @@ class Dataset {
   const std::filesystem::path& folder() const { return folder_; }
   /// Sizes are those of the first readable image. T_rover_cam stays identity: where the rig sits is the
   /// mission's.
-  const StereoRig& rig() const { return rig_; }
+  std::string name() const override { return folder_.string(); }
+  const StereoRig& rig() const override { return rig_; }
+  std::size_t size() const override { return frames_.size(); }
+  FrameTag tag(std::size_t index) const override { return {frames_[index].number, frames_[index].stamp_s}; }
+  PairImages images(std::size_t index) const override;
   const std::vector<Frame>& frames() const { return frames_; }
   bool has_times() const { return has_times_; }
 
   /// T_map_cam (left camera) and T_map_rover of the frame at `index`; empty where the data set has none.
-  std::optional<Pose3> truth_cam(std::size_t index) const;
-  std::optional<Pose3> truth_rover(std::size_t index) const;
+  std::optional<Pose3> truth_cam(std::size_t index) const override;
+  std::optional<Pose3> truth_rover(std::size_t index) const override;
   /// Empty where the data set has none.
-  const std::vector<TruthRock>& truth_rocks() const { return truth_rocks_; }
+  const std::vector<TruthRock>& truth_rocks() const override { return truth_rocks_; }
 
  private:
   void find_images();

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <utility>
 
-#include "dataset/image.hpp"
 #include "platform/host/host_hal.hpp"
 #include "replay/status_names.hpp"
 #include "tool_error.hpp"
@@ -53,65 +52,52 @@ void run_until_idle(std::uint32_t slice_ops) {
   }
 }
 
-Pose3 start_pose(const Dataset& dataset, const ReplayOptions& options, const StereoRig& rig) {
+Pose3 start_pose(const Drive& drive, const ReplayOptions& options, const StereoRig& rig) {
   if (options.T_map_rover) return *options.T_map_rover;
-  if (const auto rover = dataset.truth_rover(options.first_frame)) return *rover;
-  if (const auto cam = dataset.truth_cam(options.first_frame)) return *cam * rig.T_rover_cam.inverse();
+  if (const auto rover = drive.truth_rover(options.first_frame)) return *rover;
+  if (const auto cam = drive.truth_cam(options.first_frame)) return *cam * rig.T_rover_cam.inverse();
   if (options.map.empty()) return Pose3();
-  throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw",
-                  dataset.folder().string());
+  throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw", drive.name());
 }
 
-/// A picture for the camera, or an empty one with a warning.
-host::Picture picture_of(const std::filesystem::path& path, Replay& replay) {
-  if (path.empty()) {
-    ++replay.unreadable_images;
-    return {};
-  }
-  try {
-    Image image = load_grey(path);
-    return {image.width, image.height, std::move(image.pixels)};
-  } catch (const ImageError& error) {
-    ++replay.unreadable_images;
-    replay.warnings.emplace_back(error.what());
-    return {};
-  }
+/// A picture for the camera; empty where there is no image.
+host::Picture picture_of(Image& image, Replay& replay) {
+  if (image.pixels.empty()) ++replay.unreadable_images;
+  return {image.width, image.height, std::move(image.pixels)};
 }
 
 }  // namespace
 
-StereoRig rig_of(const Dataset& dataset) {
-  StereoRig rig = dataset.rig();
+StereoRig rig_of(const Drive& drive) {
+  StereoRig rig = drive.rig();
   rig.T_rover_cam =
       mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
   return rig;
 }
 
-Replay run_replay(const Dataset& dataset, const ReplayOptions& options,
+Replay run_replay(const Drive& drive, const ReplayOptions& options,
                   const std::function<void(double)>& progress) {
-  const StereoRig rig = rig_of(dataset);
-  const std::size_t end = std::min(options.end_frame, dataset.frames().size());
+  const StereoRig rig = rig_of(drive);
+  const std::size_t end = std::min(options.end_frame, drive.size());
   if (options.first_frame >= end) {
-    throw ToolError("{}: has {} frames; --frames must name a part of 0:{}", dataset.folder().string(),
-                    dataset.frames().size(), dataset.frames().size());
+    throw ToolError("{}: has {} frames; --frames must name a part of 0:{}", drive.name(), drive.size(),
+                    drive.size());
   }
   if (rig.width_px > cfg::kImageWidth || rig.height_px > cfg::kImageHeight) {
     throw ToolError(
         "{}: images of {} x {} are larger than the {} x {} of mission '{}'; build with another MISSION",
-        dataset.folder().string(), rig.width_px, rig.height_px, cfg::kImageWidth, cfg::kImageHeight,
-        cfg::kMission.name);
+        drive.name(), rig.width_px, rig.height_px, cfg::kImageWidth, cfg::kImageHeight, cfg::kMission.name);
   }
   Replay replay;
   Receiver receiver(replay);
   host::reset();
   host::on_telemetry([&](const std::uint8_t* bytes, std::size_t size) { receiver(bytes, size); });
   if (app::root.init(options.params, rig) != LocalizerStatus::kReady) {
-    throw ToolError("{}: the calibration is not one of a stereo rig; check calib.txt",
-                    dataset.folder().string());
+    throw ToolError("{}: the calibration is not one of a stereo rig; check calib.txt", drive.name());
   }
   app::Command start;
   start.type = app::CommandType::kSetStart;
-  start.pose = start_pose(dataset, options, rig);
+  start.pose = start_pose(drive, options, rig);
   start.number[0] = 0.05;
   start.number[1] = 0.01;
   command(start);
@@ -135,10 +121,12 @@ Replay run_replay(const Dataset& dataset, const ReplayOptions& options,
   }
 
   for (std::size_t i = options.first_frame; i < end; ++i) {
-    const Frame& frame = dataset.frames()[i];
+    const FrameTag frame = drive.tag(i);
+    PairImages pair = drive.images(i);
+    replay.warnings.insert(replay.warnings.end(), pair.faults.begin(), pair.faults.end());
     host::feed_pair(static_cast<std::uint32_t>(frame.number),
-                    static_cast<std::uint64_t>(frame.stamp_s * 1.0e6), picture_of(frame.left, replay),
-                    picture_of(frame.right, replay));
+                    static_cast<std::uint64_t>(frame.stamp_s * 1.0e6), picture_of(pair.left, replay),
+                    picture_of(pair.right, replay));
     const std::size_t before = replay.frames.size();
     const auto begun = std::chrono::steady_clock::now();
     run_until_idle(options.slice_ops);
@@ -149,7 +137,7 @@ Replay run_replay(const Dataset& dataset, const ReplayOptions& options,
       done.seconds = seconds;
       replay.vo.push_back({frame.stamp_s, done.report.T_map_cam_vo});
       replay.corrected.push_back({frame.stamp_s, done.report.T_map_cam});
-      if (const auto truth = dataset.truth_cam(i)) replay.truth.push_back({frame.stamp_s, *truth});
+      if (const auto truth = drive.truth_cam(i)) replay.truth.push_back({frame.stamp_s, *truth});
     }
     if (progress)
       progress(static_cast<double>(i + 1 - options.first_frame) /

@@ -1,4 +1,4 @@
-/// Drives the flight module over a data set, frame by frame, through `hal`: telecommands in, telemetry out.
+/// Drives the flight module over a drive, frame by frame, through `hal`: telecommands in, telemetry out.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/flight_app.hpp"
-#include "dataset/dataset.hpp"
+#include "dataset/drive.hpp"
 #include "dataset/trajectory.hpp"
 
 namespace cairn::ground {
@@ -17,15 +17,15 @@ namespace cairn::ground {
 struct ReplayOptions {
   LocalizerParams params;
   std::vector<std::uint8_t> map;     ///< `.cmap` bytes; empty: VO alone
-  std::optional<Pose3> T_map_rover;  ///< start; without it the data set's truth
+  std::optional<Pose3> T_map_rover;  ///< start; without it the drive's truth
   StepTrim trim;                     ///< worsens the VO steps (--degrade)
-  std::size_t first_frame = 0;       ///< index into the data set's frames
+  std::size_t first_frame = 0;       ///< index into the drive's frames
   std::size_t end_frame = SIZE_MAX;  ///< one past the last
   std::uint32_t slice_ops = cfg::kSliceOps;
 };
 
 struct ReplayFrame {
-  std::size_t index = 0;  ///< in the data set
+  std::size_t index = 0;  ///< in the drive
   app::FrameReport report;
   double seconds = 0.0;  ///< of the flight module for this pair
 };
@@ -42,15 +42,15 @@ struct Replay {
 
   Trajectory vo;  ///< T_map_cam, VO alone
   Trajectory corrected;
-  Trajectory truth;  ///< where the data set has it
+  Trajectory truth;  ///< where it is known
 };
 
-/// The rig: intrinsics of the data set, mounting of the mission.
-StereoRig rig_of(const Dataset& dataset);
+/// The rig: intrinsics of the drive, mounting of the mission.
+StereoRig rig_of(const Drive& drive);
 
-/// Throws ToolError where the data set does not fit this build, no start pose is known, or the map is not
+/// Throws ToolError where the drive does not fit this build, no start pose is known, or the map is not
 /// usable. `progress` gets the share done; may be empty.
-Replay run_replay(const Dataset& dataset, const ReplayOptions& options,
+Replay run_replay(const Drive& drive, const ReplayOptions& options,
                   const std::function<void(double)>& progress);
 
 }  // namespace cairn::ground

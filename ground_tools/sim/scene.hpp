@@ -32,7 +32,7 @@ struct Site {
   double ripple_azimuth_deg = 60.0;  ///< across the crests, clockwise from north
 
   double albedo = 0.25;            ///< mean of the soil
-  double texture_contrast = 0.15;  ///< grain: standard deviation over mean of the albedo
+  double texture_contrast = 0.08;  ///< grain: standard deviation over mean of the albedo
   double patch_contrast = 0.15;    ///< soil and mineral patches: standard deviation over mean
   double patch_size_m = 2.0;       ///< of a typical patch
 };
@@ -44,10 +44,10 @@ struct Rocks {
   double min_diameter_m = 0.05;
   double max_diameter_m = 2.0;
   double pebble_min_diameter_m = 0.012;
-  double pebbles = 1.0;            ///< number of pebbles over that of the law; 0: none
+  double pebbles = 1.5;            ///< number of pebbles over that of the law; 0: none
   double burial = 0.3;             ///< mean share of a rock's height below ground
-  double albedo = 0.22;            ///< mean
-  double albedo_spread = 0.25;     ///< rock to rock: standard deviation over mean
+  double albedo = 0.19;            ///< mean
+  double albedo_spread = 0.4;     ///< rock to rock: standard deviation over mean
   bool clear_path = true;          ///< leaves out rocks that the rover would hit:
   double clear_height_m = 0.15;    ///< taller than this,
   double clear_distance_m = 0.45;  ///< with the rim nearer than this to the path
