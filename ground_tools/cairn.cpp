@@ -10,12 +10,13 @@
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Cairn: localises a rover by the boulders around it. Maps are prepared and drives replayed here.",
+      "Cairn: localises a rover by the boulders around it. Maps are prepared here, drives simulated and replayed.",
       "cairn");
   app.set_version_flag("--version", "cairn 0.1.0");
   app.require_subcommand(1);
   cairn::ground::add_map_commands(app);
   cairn::ground::add_run_command(app);
+  cairn::ground::add_sim_command(app);
   cairn::ground::add_bench_commands(app);
   try {
     app.parse(argc, argv);

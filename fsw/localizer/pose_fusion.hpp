@@ -44,6 +44,8 @@ class PoseFusion {
 
   double sigma_xy_m() const;
   double sigma_yaw_rad() const;
+  /// Of the rover's x and y in `map`, for reports; sigma_xy_m() is the root of its mean variance.
+  Mat2 covariance_xy_m2() const { return P_.topLeftCorner<2, 2>(); }
   double scale() const { return scale_; }                    ///< k
   double turn_rad_per_m() const { return turn_rad_per_m_; }  ///< w
 

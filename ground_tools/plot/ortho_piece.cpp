@@ -1,9 +1,6 @@
 #include "plot/ortho_piece.hpp"
 
-#include <cpl_string.h>
-#include <cpl_vsi.h>
 #include <gdal_priv.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "plot/jpeg.hpp"
 #include "quiet_gdal.hpp"
 #include "tool_error.hpp"
 
@@ -23,23 +21,6 @@ struct Window {
   int x = 0, y = 0, width = 0, height = 0;           // in the orthoimage
   int out_width = 0, out_height = 0, out_bands = 0;  // in the piece
 };
-
-std::string to_base64(const std::uint8_t* bytes, std::size_t size) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((size + 2) / 3 * 4);
-  for (std::size_t i = 0; i < size; i += 3) {
-    const std::size_t left = size - i;
-    const std::uint32_t three = (std::uint32_t{bytes[i]} << 16) |
-                                (left > 1 ? std::uint32_t{bytes[i + 1]} << 8 : 0U) |
-                                (left > 2 ? std::uint32_t{bytes[i + 2]} : 0U);
-    text += kDigits[three >> 18];
-    text += kDigits[(three >> 12) & 63U];
-    text += left > 1 ? kDigits[(three >> 6) & 63U] : '=';
-    text += left > 2 ? kDigits[three & 63U] : '=';
-  }
-  return text;
-}
 
 /// All bands of the window, one after the other, 0 to 255.
 std::vector<std::uint8_t> read_stretched(GDALDataset& data, const Window& w, QuietGdal& gdal) {
@@ -76,27 +57,6 @@ std::vector<std::uint8_t> read_stretched(GDALDataset& data, const Window& w, Qui
   return bytes;
 }
 
-std::string encode_jpeg(const Window& w, std::vector<std::uint8_t> bytes, QuietGdal& gdal) {
-  GDALDriverManager* const drivers = GetGDALDriverManager();
-  const DatasetPtr memory(
-      drivers->GetDriverByName("MEM")->Create("", w.out_width, w.out_height, w.out_bands, GDT_Byte, nullptr));
-  const std::string name = fmt::format("/vsimem/cairn-plot-{}.jpg", ::getpid());
-  CPLStringList options;
-  options.SetNameValue("QUALITY", "85");
-  if (memory != nullptr) {
-    gdal.check(memory->RasterIO(GF_Write, 0, 0, w.out_width, w.out_height, bytes.data(), w.out_width,
-                                w.out_height, GDT_Byte, w.out_bands, nullptr, 0, 0, 0, nullptr));
-    GDALDriver* const jpeg = drivers->GetDriverByName("JPEG");
-    const DatasetPtr written(
-        jpeg->CreateCopy(name.c_str(), memory.get(), 0, options.List(), nullptr, nullptr));
-  }
-  vsi_l_offset size = 0;
-  const GByte* const file = VSIGetMemFileBuffer(name.c_str(), &size, 0);
-  std::string text = file == nullptr ? std::string() : to_base64(file, static_cast<std::size_t>(size));
-  VSIUnlink(name.c_str());
-  return text;
-}
-
 }  // namespace
 
 OrthoPiece read_ortho_piece(const std::filesystem::path& path, const Box& box, int max_side_px) {
@@ -128,9 +88,10 @@ OrthoPiece read_ortho_piece(const std::filesystem::path& path, const Box& box, i
   Window window{x0, y0, x1 - x0, y1 - y0, 0, 0, data->GetRasterCount() >= 3 ? 3 : 1};
   window.out_width = std::max(1, static_cast<int>(shrink * window.width));
   window.out_height = std::max(1, static_cast<int>(shrink * window.height));
-  piece.base64 = encode_jpeg(window, read_stretched(*data, window, gdal), gdal);
+  const std::vector<std::uint8_t> bytes = read_stretched(*data, window, gdal);
   if (gdal.failed())
     throw ToolError("{}: cannot be read whole{}; check the file", path.string(), gdal.reason());
+  piece.base64 = jpeg_base64(bytes, window.out_width, window.out_height, window.out_bands, 85);
   return piece;
 }
 

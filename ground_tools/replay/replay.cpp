@@ -4,7 +4,6 @@
 #include <chrono>
 #include <utility>
 
-#include "platform/host/host_hal.hpp"
 #include "replay/status_names.hpp"
 #include "tool_error.hpp"
 
@@ -29,7 +28,7 @@ class Receiver {
     app::AckReport ack;
     app::HealthReport health;
     if (app::decode(bytes, size, frame) == app::PacketStatus::kGood) {
-      replay_.frames.push_back({0, frame, 0.0});
+      replay_.frames.push_back({0, frame, 0.0, {}});
     } else if (app::decode(bytes, size, fix) == app::PacketStatus::kGood) {
       replay_.fixes.push_back(fix);
     } else if (app::decode(bytes, size, boulder) == app::PacketStatus::kGood) {
@@ -49,6 +48,25 @@ class Receiver {
 
 void run_until_idle(std::uint32_t slice_ops) {
   while (app::root.cycle(slice_ops) == app::FlightApp::State::kBusy) {
+  }
+}
+
+/// Runs a frame through and notes its time, whole and by task.
+void run_frame(std::uint32_t slice_ops, ReplayFrame& times) {
+  std::uint32_t before[cfg::kTasks] = {};
+  bool more = true;
+  while (more) {
+    const auto begun = std::chrono::steady_clock::now();
+    more = app::root.cycle(slice_ops) == app::FlightApp::State::kBusy;
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    const std::uint32_t(&ops)[cfg::kTasks] = app::root.executive().work().ops;
+    double all = 0.0;
+    for (int t = 0; t < cfg::kTasks; ++t) all += ops[t] - before[t];
+    for (int t = 0; t < cfg::kTasks; ++t) {
+      if (all > 0.0) times.task_seconds[t] += seconds * (ops[t] - before[t]) / all;
+      before[t] = ops[t];
+    }
+    times.seconds += seconds;
   }
 }
 
@@ -124,20 +142,23 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
     const FrameTag frame = drive.tag(i);
     PairImages pair = drive.images(i);
     replay.warnings.insert(replay.warnings.end(), pair.faults.begin(), pair.faults.end());
+    const host::Picture left = picture_of(pair.left, replay);
     host::feed_pair(static_cast<std::uint32_t>(frame.number),
-                    static_cast<std::uint64_t>(frame.stamp_s * 1.0e6), picture_of(pair.left, replay),
-                    picture_of(pair.right, replay));
+                    static_cast<std::uint64_t>(frame.stamp_s * 1.0e6), left, picture_of(pair.right, replay));
     const std::size_t before = replay.frames.size();
-    const auto begun = std::chrono::steady_clock::now();
-    run_until_idle(options.slice_ops);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    ReplayFrame times;
+    run_frame(options.slice_ops, times);
+    if (replay.fixes.size() > replay.fix_covariance_m2.size())
+      replay.fix_covariance_m2.push_back(app::root.localizer().fusion().covariance_xy_m2());
     if (replay.frames.size() > before) {
       ReplayFrame& done = replay.frames.back();
-      done.index = i;
-      done.seconds = seconds;
+      times.index = i;
+      times.report = done.report;
+      done = times;
       replay.vo.push_back({frame.stamp_s, done.report.T_map_cam_vo});
       replay.corrected.push_back({frame.stamp_s, done.report.T_map_cam});
       if (const auto truth = drive.truth_cam(i)) replay.truth.push_back({frame.stamp_s, *truth});
+      if (options.watch) options.watch(done, left);
     }
     if (progress)
       progress(static_cast<double>(i + 1 - options.first_frame) /

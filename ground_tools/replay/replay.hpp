@@ -11,8 +11,17 @@
 #include "app/flight_app.hpp"
 #include "dataset/drive.hpp"
 #include "dataset/trajectory.hpp"
+#include "platform/host/host_hal.hpp"
 
 namespace cairn::ground {
+
+struct ReplayFrame {
+  std::size_t index = 0;  ///< in the drive
+  app::FrameReport report;
+  double seconds = 0.0;  ///< of the flight module for this pair
+  /// Of it by task: the time of each slice, shared out by the operations that were done in it.
+  double task_seconds[cfg::kTasks] = {};
+};
 
 struct ReplayOptions {
   LocalizerParams params;
@@ -22,17 +31,15 @@ struct ReplayOptions {
   std::size_t first_frame = 0;       ///< index into the drive's frames
   std::size_t end_frame = SIZE_MAX;  ///< one past the last
   std::uint32_t slice_ops = cfg::kSliceOps;
-};
-
-struct ReplayFrame {
-  std::size_t index = 0;  ///< in the drive
-  app::FrameReport report;
-  double seconds = 0.0;  ///< of the flight module for this pair
+  /// Called after each frame with its left image; the public state of app::root may be read then. May be
+  /// empty.
+  std::function<void(const ReplayFrame&, const host::Picture& left)> watch;
 };
 
 struct Replay {
   std::vector<ReplayFrame> frames;
   std::vector<app::FixReport> fixes;
+  std::vector<Mat2> fix_covariance_m2;                   ///< of x, y after each fix; not in telemetry
   std::map<std::uint32_t, app::BoulderReport> boulders;  ///< the last report of each
   LocalizerHealth health;
   app::ExecutiveCounts executive;

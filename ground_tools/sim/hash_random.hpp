@@ -23,6 +23,7 @@ enum class Stream : std::uint64_t {
   kNoise,
   kExposure,
   kDust,
+  kOrtho,
 };
 
 constexpr std::uint64_t mix(std::uint64_t x) {

@@ -1,9 +1,10 @@
 // The program `cairn run` itself: each bad input ends in one line on stderr that names it and the mend, exit
-// code 1 and no file; a good run leaves six files and nothing else.
+// code 1 and no file; a good run leaves its ten files and nothing else.
 #include <sys/wait.h>
 
 #include <cstdlib>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
@@ -89,11 +90,11 @@ void test_good_runs(void**) {
         std::string(" --start -1.5,-2,0,0,0,-90 --no-map --frames 1: --degrade scale=1.02,yaw=-0.1deg/m")}) {
     const int code = cairn("run" + set() + out() + arguments);
     if (code != 0 || !errors.empty()) fail_msg("%s: %d, %s", arguments.c_str(), code, errors.c_str());
-    for (const char* name :
-         {"vo.tum", "corrected.tum", "boulders.csv", "fixes.csv", "summary.json", "plot.svg"}) {
+    for (const char* name : {"vo.tum", "corrected.tum", "truth.tum", "boulders.csv", "orbital.csv",
+                             "fixes.csv", "frames.csv", "summary.json", "pictures.json", "plot.svg"}) {
       assert_true(fs::file_size(scratch.path("out") / name) > 0);
     }
-    assert_int_equal(files_in(scratch.path("out")), 6);
+    assert_int_equal(files_in(scratch.path("out")), 10);
   }
   fs::remove_all(scratch.path("out"));
 }
@@ -178,6 +179,20 @@ void test_outputs(void**) {
   check_refused(rest + "/proc/cairn", "/proc/cairn", "choose another");
 }
 
+void test_pictures(void**) {
+  const std::string rest = set() + out() + kStart + " --no-map --pictures ";
+  for (const char* count : {"-1", "x", "101", "1.5"}) check_refused(rest + count, "--pictures", "--help");
+  for (const auto& [count, strips] : {std::pair("0", 0), {"1", 1}, {"100", 2}}) {
+    assert_int_equal(cairn("run" + rest + count), 0);
+    const std::vector<std::uint8_t> bytes = read_file(scratch.path("out/pictures.json"));
+    const nlohmann::json json = nlohmann::json::parse(bytes.begin(), bytes.end());
+    assert_int_equal(json.at("strips").size(), strips);
+    for (const auto& strip : json.at("strips"))
+      assert_true(strip.back().at("jpeg").get<std::string>().size() > 100);
+  }
+  fs::remove_all(scratch.path("out"));
+}
+
 void test_orthoimages(void**) {
   const std::string rest = set() + out() + kStart + " --no-map --ortho ";
   check_refused(rest + scratch.path("no.tif").string(), "no.tif", "check the name");
@@ -196,17 +211,12 @@ void test_old_results_stay_where_a_run_is_refused(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_good_runs),
-      cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
-      cmocka_unit_test(test_data_sets),
-      cmocka_unit_test(test_which_map),
-      cmocka_unit_test(test_maps),
-      cmocka_unit_test(test_frames),
-      cmocka_unit_test(test_starts),
-      cmocka_unit_test(test_degrades),
-      cmocka_unit_test(test_outputs),
-      cmocka_unit_test(test_orthoimages),
-      cmocka_unit_test(test_old_results_stay_where_a_run_is_refused),
+      cmocka_unit_test(test_good_runs),   cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
+      cmocka_unit_test(test_data_sets),   cmocka_unit_test(test_which_map),
+      cmocka_unit_test(test_maps),        cmocka_unit_test(test_frames),
+      cmocka_unit_test(test_starts),      cmocka_unit_test(test_degrades),
+      cmocka_unit_test(test_outputs),     cmocka_unit_test(test_pictures),
+      cmocka_unit_test(test_orthoimages), cmocka_unit_test(test_old_results_stay_where_a_run_is_refused),
   };
   return cmocka_run_group_tests(tests, make_input, nullptr);
 }

@@ -1,0 +1,144 @@
+#include "replay/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "replay/status_names.hpp"
+
+namespace cairn::ground {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json errors_json(const TrajectoryErrors& e) {
+  return {{"end_xy_m", e.end.xy_m},
+          {"end_z_m", e.end.position_map_m.z()},
+          {"end_3d_m", e.end.xyz_m},
+          {"end_3d_percent", e.percent_of_path(e.end.xyz_m)},
+          {"end_rotation_deg", e.end.rotation_deg},
+          {"end_yaw_deg", e.end.yaw_deg},
+          {"largest_xy_m", e.largest_xy.xy_m},
+          {"rms_xy_m", e.rms_xy_m}};
+}
+
+/// The largest amount by which the corrected error in x, y exceeds that of VO alone.
+double largest_excess(const TrajectoryErrors& vo, const TrajectoryErrors& corrected) {
+  double excess = 0.0;
+  for (std::size_t i = 0; i < vo.poses.size() && i < corrected.poses.size(); ++i) {
+    excess = std::max(excess, corrected.poses[i].xy_m - vo.poses[i].xy_m);
+  }
+  return excess;
+}
+
+/// Share of the ground boulders that lie within 0.10 m of a true rock.
+std::optional<double> boulder_precision(const Replay& replay, const std::vector<TruthRock>& rocks) {
+  if (rocks.empty() || replay.boulders.empty()) return std::nullopt;
+  int near = 0;
+  for (const auto& [id, b] : replay.boulders) {
+    const Vec2 p(b.x_m, b.y_m);
+    near += std::any_of(rocks.begin(), rocks.end(),
+                        [&](const TruthRock& r) { return (r.p_map_m - p).norm() <= 0.10; })
+                ? 1
+                : 0;
+  }
+  return static_cast<double>(near) / static_cast<double>(replay.boulders.size());
+}
+
+template <std::size_t N>
+ordered_json counts_json(const std::uint32_t (&counts)[N], std::string (*name)(std::uint8_t)) {
+  ordered_json json = ordered_json::object();
+  for (std::size_t i = 0; i < N; ++i) {
+    if (counts[i] != 0) json[name(static_cast<std::uint8_t>(i))] = counts[i];
+  }
+  return json;
+}
+
+}  // namespace
+
+RunErrors errors_of(const Replay& replay) {
+  return {compare(replay.vo, replay.truth), compare(replay.corrected, replay.truth)};
+}
+
+ordered_json summary_json(const RunTitle& title, const Replay& replay, const RunErrors& errors) {
+  ordered_json s;
+  s["mission"] = cfg::kMission.name;
+  s["dataset"] = title.dataset;
+  s["map"] = title.map;
+  s["map_pixel_m"] = title.map_pixel_m;
+  s["map_boulders"] = title.orbital.size();
+  s["variant"] = title.variant;
+  s["degrade"] = title.degrade;
+  s["frames"] = replay.frames.size();
+  if (errors.vo && errors.corrected) {
+    s["path_m"] = errors.vo->path_m;
+    s["vo"] = errors_json(*errors.vo);
+    s["corrected"] = errors_json(*errors.corrected);
+    s["largest_excess_over_vo_m"] = largest_excess(*errors.vo, *errors.corrected);
+  }
+  if (const auto share = boulder_precision(replay, title.truth_rocks))
+    s["boulders_within_0.10_m_of_a_rock"] = *share;
+  s["boulders"] = replay.boulders.size();
+  if (!replay.frames.empty()) {
+    s["rates"] = {
+        {"scale", replay.frames.back().report.scale},
+        {"turn_deg_per_m", replay.frames.back().report.turn_rad_per_m * static_cast<float>(kDegPerRad)}};
+  }
+  s["counts"]["vo"] = counts_json(replay.health.vo, vo_status_name);
+  s["counts"]["boulders"] = counts_json(replay.health.boulders, observe_status_name);
+  s["counts"]["fixes"] = counts_json(replay.health.fixes, fix_status_name);
+  s["counts"]["overruns"] = counts_json(replay.executive.overruns, task_name);
+  s["counts"]["unreadable_images"] = replay.unreadable_images;
+  s["counts"]["extrapolated"] = replay.health.extrapolated;
+  s["counts"]["abandoned_boulders"] = replay.health.abandoned_boulders;
+  s["counts"]["dropped_tracks"] = replay.health.dropped_tracks;
+  s["counts"]["dropped_pairs"] = replay.executive.dropped_pairs;
+  s["counts"]["bad_priors"] = replay.health.bad_priors;
+  if (!title.map.empty()) s["map_status"] = map_status_name(replay.map_status);
+  for (int i = 0; i < app::FlightApp::kParts; ++i) {
+    s["memory_bytes"][app::FlightApp::parts()[i].name] = app::FlightApp::parts()[i].bytes;
+  }
+  double seconds = 0.0;
+  double longest = 0.0;
+  std::uint32_t most_vo = 0;
+  std::uint32_t most_boulders = 0;
+  for (const ReplayFrame& f : replay.frames) {
+    seconds += f.seconds;
+    longest = std::max(longest, f.seconds);
+    most_vo = std::max(most_vo, f.report.vo_ops);
+    most_boulders = std::max(most_boulders, f.report.boulder_ops);
+  }
+  s["time"] = {{"mean_ms_a_frame",
+                1e3 * seconds / static_cast<double>(std::max<std::size_t>(1, replay.frames.size()))},
+               {"longest_ms", 1e3 * longest},
+               {"most_vo_ops", most_vo},
+               {"most_boulder_ops", most_boulders}};
+  return s;
+}
+
+void print_table(const Replay& replay, const RunErrors& errors) {
+  const auto& [vo, corrected] = errors;
+  std::size_t applied = 0;
+  for (const app::FixReport& f : replay.fixes) {
+    applied += f.status == static_cast<std::uint8_t>(FixStatus::kApplied) ? 1U : 0U;
+  }
+  fmt::print("{} frames, {} fixes applied of {}, {} ground boulders\n", replay.frames.size(), applied,
+             replay.fixes.size(), replay.boulders.size());
+  if (!vo || !corrected) {
+    fmt::print("no truth in the data set: no errors to tell\n");
+    return;
+  }
+  fmt::print("errors after {:.2f} m          VO alone   corrected\n", vo->path_m);
+  const auto row = [](const char* name, double a, double b, const char* unit) {
+    fmt::print("  {:<24} {:>10.3f}  {:>10.3f}  {}\n", name, a, b, unit);
+  };
+  row("end, x and y", vo->end.xy_m, corrected->end.xy_m, "m");
+  row("largest, x and y", vo->largest_xy.xy_m, corrected->largest_xy.xy_m, "m");
+  row("end, 3D", vo->end.xyz_m, corrected->end.xyz_m, "m");
+  row("end, 3D share of path", vo->percent_of_path(vo->end.xyz_m),
+      corrected->percent_of_path(corrected->end.xyz_m), "%");
+  row("end, yaw", vo->end.yaw_deg, corrected->end.yaw_deg, "degrees");
+  row("end, whole rotation", vo->end.rotation_deg, corrected->end.rotation_deg, "degrees");
+}
+
+}  // namespace cairn::ground
