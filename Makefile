@@ -66,7 +66,7 @@ OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_c
 OPENCV_INC   := -isystem /usr/include/opencv4
 
 # ---- packages of Debian 12 -----------------------------------------------------------------------------------------
-DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev
+DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev libembree-dev
 DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev
 DEPS_CHECK := clang-format clang-tidy cppcheck python3
 ROOT_DO     = $(if $(filter-out 0,$(shell id -u)),sudo) env DEBIAN_FRONTEND=noninteractive apt-get
