@@ -61,7 +61,7 @@ SAMPLE       := unit_tests/integration/sample
 DATASET      ?= $(SAMPLE)
 DEMO         := build/demo
 
-GDAL_LIBS    := -lgdal
+TOOL_LIBS    := -lgdal -lembree3
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
 OPENCV_INC   := -isystem /usr/include/opencv4
 
@@ -179,19 +179,19 @@ $(SUPPORT_LIB): $(call obj,$(SUPPORT_SRC))
 LIBS_ALL = $(TOOL_LIB) $(SUPPORT_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 link = $(Q)$(CXX) $(CPU) $(SANFLAG) $(filter %.o,$^) -Wl,--start-group $(filter %.a,$^) -Wl,--end-group
 $(CAIRN): $(call obj,$(TOOL_MAIN)) $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
-	$(link) $(GDAL_LIBS) -lfmt -o $@
+	$(link) $(TOOL_LIBS) -lfmt -o $@
 # The OpenCV oracles and the integration tests see the ground tools; unit tests see flight code, support and fakes alone.
 $(B)/tests/opencv/%: $(B)/unit_tests/opencv/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
-	$(link) -lcmocka $(OPENCV_LIBS) $(GDAL_LIBS) -lfmt -o $@
+	$(link) -lcmocka $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
-	$(link) -lcmocka $(GDAL_LIBS) -lfmt -o $@
+	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
 # This one runs the program.
 $(B)/tests/ground_tools/test_cmd_run: $(CAIRN)
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
-	$(link) -lcmocka $(GDAL_LIBS) -lfmt -o $@
+	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/%: $(B)/unit_tests/%.o $(SUPPORT_LIB) $(FSW_LIB)
 	@mkdir -p $(@D)
 	$(link) -lcmocka -o $@

@@ -10,7 +10,8 @@
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Cairn: localises a rover by the boulders around it. Maps are prepared here, drives simulated and replayed.",
+      "Cairn: localises a rover by the boulders around it. Maps are prepared here, drives simulated and "
+      "replayed.",
       "cairn");
   app.set_version_flag("--version", "cairn 0.1.0");
   app.require_subcommand(1);

@@ -123,8 +123,9 @@ DriveSource open_drive(const RunOptions& options) {
 void run(RunOptions options) {
   options.simulate = !options.scene.empty() || !options.sets.empty();
   if (options.simulate != options.dataset.empty()) {
-    throw ToolError("--dataset: {}", options.simulate ? "goes not with --scene and --set; leave one out"
-                                                      : "is missing; give a folder of stereo pairs, or --scene");
+    throw ToolError("--dataset: {}", options.simulate
+                                         ? "goes not with --scene and --set; leave one out"
+                                         : "is missing; give a folder of stereo pairs, or --scene");
   }
   if (options.no_map != options.map.empty()) {
     throw ToolError("--map: {}", options.no_map ? "goes not with --no-map; leave one out"
@@ -184,7 +185,8 @@ void add_run_command(CLI::App& app) {
       app.add_subcommand("run", "Replay a drive, on disk or simulated, through the flight module");
   command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/USER_GUIDE.md)");
   command->add_option("--scene", options->scene, "instead: a scene (TOML), rendered as it is driven over");
-  command->add_option("--set", options->sets, "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
+  command->add_option("--set", options->sets,
+                      "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
   command->add_option("--map", options->map, "orbital boulder map (.cmap)");
   command->add_flag("--no-map", options->no_map, "visual odometry alone");
   command->add_option("-o,--output", options->output, "folder for the results")->required();

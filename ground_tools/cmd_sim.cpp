@@ -68,12 +68,15 @@ void simulate(const SimOptions& options) {
 
 void add_sim_command(CLI::App& app) {
   const auto options = std::make_shared<SimOptions>();
-  CLI::App* command =
-      app.add_subcommand("sim", "Render a simulated drive over a boulder field: stereo pairs, orthoimages, truth");
-  command->add_option("scene", options->scene, "the scene, TOML (keys: doc/USER_GUIDE.md); the paper's where none is given");
-  command->add_option("--set", options->sets, "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
+  CLI::App* command = app.add_subcommand(
+      "sim", "Render a simulated drive over a boulder field: stereo pairs, orthoimages, truth");
+  command->add_option("scene", options->scene,
+                      "the scene, TOML (keys: doc/USER_GUIDE.md); the paper's where none is given");
+  command->add_option("--set", options->sets,
+                      "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
   command->add_option("-o,--output", options->output, "folder for the data set")->required();
-  command->add_option("--ortho", options->ortho_m, "orthoimages of these metres a pixel, e.g. 0.005,0.02")->delimiter(',');
+  command->add_option("--ortho", options->ortho_m, "orthoimages of these metres a pixel, e.g. 0.005,0.02")
+      ->delimiter(',');
   command->add_option("--frames", options->frames, "part of the traverse, FIRST:END, counted from 0");
   command->add_flag("--no-frames", options->no_frames, "no stereo pairs");
   command->callback([options] { simulate(*options); });

@@ -21,13 +21,15 @@ namespace fs = std::filesystem;
 void write_png(const Image& image, const fs::path& path) {
   QuietGdal gdal;
   const std::string memory = fmt::format("/vsimem/{}", path.string());
-  const std::string source = fmt::format("MEM:::DATAPOINTER={},PIXELS={},LINES={},BANDS=1,DATATYPE=Byte",
-                                         static_cast<const void*>(image.pixels.data()), image.width, image.height);
+  const std::string source =
+      fmt::format("MEM:::DATAPOINTER={},PIXELS={},LINES={},BANDS=1,DATATYPE=Byte",
+                  static_cast<const void*>(image.pixels.data()), image.width, image.height);
   GDALDataset* pixels = GDALDataset::Open(source.c_str(), GDAL_OF_RASTER);
   const char* options[] = {"ZLEVEL=1", nullptr};
-  GDALDataset* png = pixels == nullptr ? nullptr
-                                       : GetGDALDriverManager()->GetDriverByName("PNG")->CreateCopy(
-                                             memory.c_str(), pixels, FALSE, const_cast<char**>(options), nullptr, nullptr);
+  GDALDataset* png = pixels == nullptr
+                         ? nullptr
+                         : GetGDALDriverManager()->GetDriverByName("PNG")->CreateCopy(
+                               memory.c_str(), pixels, FALSE, const_cast<char**>(options), nullptr, nullptr);
   if (png != nullptr) GDALClose(png);
   if (pixels != nullptr) GDALClose(pixels);
   vsi_l_offset size = 0;
@@ -43,13 +45,15 @@ void write_png(const Image& image, const fs::path& path) {
 
 std::string rover_text(const World& world) {
   std::string text =
-      "# frame arc_length_m x y z yaw_deg pitch_deg roll_deg : body origin on the ground under the stereo mid-point; "
+      "# frame arc_length_m x y z yaw_deg pitch_deg roll_deg : body origin on the ground under the stereo "
+      "mid-point; "
       "body x forward, y left, z up; R = Rz(yaw) Ry(pitch) Rx(roll)\n";
   for (std::size_t i = 0; i < world.path().size(); ++i) {
     const Pose3 T = world.T_map_rover(i);
     const Attitude a = attitude_of(T.q);
-    text += fmt::format("{} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f}\n", i, world.path()[i].arc_m, T.t.x(),
-                        T.t.y(), T.t.z(), a.yaw_rad * kDegPerRad, a.pitch_rad * kDegPerRad, a.roll_rad * kDegPerRad);
+    text += fmt::format("{} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f}\n", i, world.path()[i].arc_m,
+                        T.t.x(), T.t.y(), T.t.z(), a.yaw_rad * kDegPerRad, a.pitch_rad * kDegPerRad,
+                        a.roll_rad * kDegPerRad);
   }
   return text;
 }
@@ -59,8 +63,9 @@ std::string rocks_text(const World& world) {
   const std::vector<TruthRock> rocks = truth_rocks(world);
   for (std::size_t i = 0; i < rocks.size(); ++i) {
     const TruthRock& r = rocks[i];
-    text += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{}\n", r.id, r.p_map_m.x(), r.p_map_m.y(),
-                        r.z_ground_map_m, r.diameter_m, r.height_m, world.rocks()[i].albedo, world.rocks()[i].shape);
+    text += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f},{}\n", r.id, r.p_map_m.x(),
+                        r.p_map_m.y(), r.z_ground_map_m, r.diameter_m, r.height_m, world.rocks()[i].albedo,
+                        world.rocks()[i].shape);
   }
   return text;
 }
@@ -78,10 +83,11 @@ void check_same_scene(const Scene& scene, const fs::path& folder) {
 
 void write_truth(const World& world, const fs::path& folder) {
   const Rig& rig = world.scene().rig;
-  write_file(folder / "calib.txt",
-             fmt::format("# fx fy cx cy baseline_m (pixels, pixel centres at integers; no distortion, rectified)\n"
-                         "{:.9f} {:.9f} {:.3f} {:.3f} {:.6f}\n",
-                         rig.fx_px, rig.fy_px, rig.cx_px, rig.cy_px, rig.baseline_m));
+  write_file(
+      folder / "calib.txt",
+      fmt::format("# fx fy cx cy baseline_m (pixels, pixel centres at integers; no distortion, rectified)\n"
+                  "{:.9f} {:.9f} {:.3f} {:.3f} {:.6f}\n",
+                  rig.fx_px, rig.fy_px, rig.cx_px, rig.cy_px, rig.baseline_m));
   Trajectory cameras;
   for (std::size_t i = 0; i < world.path().size(); ++i)
     cameras.push_back({static_cast<double>(i), left_view(rig, world.T_map_rover(i)).T_map_cam});

@@ -12,8 +12,9 @@ namespace cairn::ground::sim {
 /// calib.txt, truth_left_camera.tum, truth_rover.txt, truth_rocks.csv (rocks, no pebbles) and scene.toml.
 void write_truth(const World& world, const std::filesystem::path& folder);
 
-/// left/%06d.png and right/%06d.png of the frames `first` to `end` - 1, on all cores. Pairs that are there already stay: the
-/// work goes on where it was stopped. Throws ToolError where a file cannot be written. `done` hears 0 to 1.
+/// left/%06d.png and right/%06d.png of the frames `first` to `end` - 1, on all cores. Pairs that are there
+/// already stay: the work goes on where it was stopped. Throws ToolError where a file cannot be written.
+/// `done` hears 0 to 1.
 void write_frames(const World& world, const std::filesystem::path& folder, std::size_t first, std::size_t end,
                   const std::function<void(double)>& done);
 

@@ -11,10 +11,9 @@ constexpr double kKept = 151.0 / 315.0;
 
 std::array<float, 4> spline(double t) {
   const double s = 1.0 - t;
-  return {static_cast<float>(s * s * s / 6.0),
-          static_cast<float>((3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0),
-          static_cast<float>((3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0),
-          static_cast<float>(t * t * t / 6.0)};
+  return {
+      static_cast<float>(s * s * s / 6.0), static_cast<float>((3.0 * t * t * t - 6.0 * t * t + 4.0) / 6.0),
+      static_cast<float>((3.0 * s * s * s - 6.0 * s * s + 4.0) / 6.0), static_cast<float>(t * t * t / 6.0)};
 }
 
 struct Axis {
@@ -51,9 +50,9 @@ void add_noise(const NoiseOctave& octave, double x0, double y0, double spacing, 
     if (row.first != held) {
       for (std::size_t k = 0; k < 4; ++k) {
         for (std::size_t i = 0; i < across; ++i) {
-          rows[k][i] = static_cast<float>(
-              gain * normal(seed, octave.stream, wrapped(low + static_cast<std::int64_t>(i)),
-                            wrapped(row.first + static_cast<std::int64_t>(k))));
+          rows[k][i] = static_cast<float>(gain * normal(seed, octave.stream,
+                                                        wrapped(low + static_cast<std::int64_t>(i)),
+                                                        wrapped(row.first + static_cast<std::int64_t>(k))));
         }
       }
       held = row.first;

@@ -15,10 +15,10 @@ namespace cairn::ground::sim {
 struct NoiseOctave {
   std::uint64_t seed = 0;
   Stream stream = Stream::kRelief;
-  std::uint64_t number = 0;   ///< of the octave in its stream
-  double wavelength = 1.0;    ///< two lattice cells, in the unit of the grid's spacing
-  double deviation = 1.0;     ///< standard deviation
-  std::uint64_t period = 0;   ///< lattice cells after which it repeats; 0: never
+  std::uint64_t number = 0;  ///< of the octave in its stream
+  double wavelength = 1.0;   ///< two lattice cells, in the unit of the grid's spacing
+  double deviation = 1.0;    ///< standard deviation
+  std::uint64_t period = 0;  ///< lattice cells after which it repeats; 0: never
 };
 
 /// Adds the octave to `field` (row-major, `width` x `height` samples at `spacing`, the first at (x0, y0)).

@@ -28,9 +28,13 @@ constexpr const char* kReferenceSystem = "+proj=eqc +R=3396190 +units=m +no_defs
 class GeoTiff {
  public:
   /// `gdal` outlives it.
-  GeoTiff(QuietGdal& gdal, const fs::path& path, int width, int height, GDALDataType type, double x_m, double y_m,
-          double pixel_m)
-      : gdal_(gdal), path_(path), part_(path.string() + fmt::format(".part{}", ::getpid())), width_(width), type_(type) {
+  GeoTiff(QuietGdal& gdal, const fs::path& path, int width, int height, GDALDataType type, double x_m,
+          double y_m, double pixel_m)
+      : gdal_(gdal),
+        path_(path),
+        part_(path.string() + fmt::format(".part{}", ::getpid())),
+        width_(width),
+        type_(type) {
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
     const char* options[] = {"BIGTIFF=IF_SAFER", nullptr};
     file_ = driver->Create(part_.c_str(), width, height, 1, type, const_cast<char**>(options));
@@ -50,8 +54,8 @@ class GeoTiff {
   GeoTiff& operator=(const GeoTiff&) = delete;
 
   void write_row(int row, const void* samples) {
-    gdal_.check(file_->GetRasterBand(1)->RasterIO(GF_Write, 0, row, width_, 1, const_cast<void*>(samples), width_, 1,
-                                                  type_, 0, 0, nullptr));
+    gdal_.check(file_->GetRasterBand(1)->RasterIO(GF_Write, 0, row, width_, 1, const_cast<void*>(samples),
+                                                  width_, 1, type_, 0, 0, nullptr));
     refuse_if_failed();
   }
   void commit() {
@@ -67,7 +71,8 @@ class GeoTiff {
  private:
   void refuse_if_failed() const {
     if (gdal_.failed())
-      throw ToolError("{}: cannot be written{}; check the space that is left", path_.string(), gdal_.reason());
+      throw ToolError("{}: cannot be written{}; check the space that is left", path_.string(),
+                      gdal_.reason());
   }
 
   QuietGdal& gdal_;
@@ -81,7 +86,8 @@ class GeoTiff {
 /// Takes the finest rows from north to south and writes one product.
 class Product {
  public:
-  Product(QuietGdal& gdal, const World& world, const OrthoProduct& product, double finest_m, std::uint64_t number)
+  Product(QuietGdal& gdal, const World& world, const OrthoProduct& product, double finest_m,
+          std::uint64_t number)
       : ratio_(product.pixel_m / finest_m),
         white_(static_cast<float>(world.scene().camera.white_radiance)),
         noise_(world.scene().seed),
@@ -93,13 +99,16 @@ class Product {
         sum_(static_cast<std::size_t>(width_), 0.0F) {
     double total = 0.0;
     for (int i = -kReach; i <= kReach; ++i) {
-      kernel_[static_cast<std::size_t>(i + kReach)] = static_cast<float>(std::exp(-0.5 * i * i / (kBlur_px * kBlur_px)));
+      kernel_[static_cast<std::size_t>(i + kReach)] =
+          static_cast<float>(std::exp(-0.5 * i * i / (kBlur_px * kBlur_px)));
       total += static_cast<double>(kernel_[static_cast<std::size_t>(i + kReach)]);
     }
     for (float& k : kernel_) k /= static_cast<float>(total);
   }
 
-  static int count(double side_m, double pixel_m) { return static_cast<int>(std::floor(side_m / pixel_m + 1e-6)); }
+  static int count(double side_m, double pixel_m) {
+    return static_cast<int>(std::floor(side_m / pixel_m + 1e-6));
+  }
 
   /// The next row of the finest image, `n` samples.
   void push(const float* row, std::size_t n) {
@@ -134,8 +143,10 @@ class Product {
       const double low = ratio_ * u;
       const double high = ratio_ * (u + 1);
       float sum = 0.0F;
-      for (auto i = static_cast<std::size_t>(low + 1e-9); i < n && static_cast<double>(i) < high - 1e-9; ++i) {
-        const double share = std::min(high, static_cast<double>(i + 1)) - std::max(low, static_cast<double>(i));
+      for (auto i = static_cast<std::size_t>(low + 1e-9); i < n && static_cast<double>(i) < high - 1e-9;
+           ++i) {
+        const double share =
+            std::min(high, static_cast<double>(i + 1)) - std::max(low, static_cast<double>(i));
         sum += static_cast<float>(share) * row[i];
       }
       sum_[static_cast<std::size_t>(u)] += weight * sum / static_cast<float>(ratio_);
@@ -162,13 +173,16 @@ class Product {
     for (int k = -kReach; k <= kReach; ++k)
       from[static_cast<std::size_t>(k + kReach)] =
           rows_[static_cast<std::size_t>(std::clamp(written_ + k, 0, taken_ - 1) % kRing)].data();
-    const std::uint64_t row_hash = hash(noise_, Stream::kOrtho, number_, static_cast<std::uint64_t>(written_));
+    const std::uint64_t row_hash =
+        hash(noise_, Stream::kOrtho, number_, static_cast<std::uint64_t>(written_));
     for (std::size_t u = 0; u < out.size(); ++u) {
       float radiance = 0.0F;
       for (std::size_t k = 0; k < from.size(); ++k) radiance += kernel_[k] * from[k][u];
       // Sum of four uniform numbers: near enough to normal for one DN.
       const std::uint64_t bits = mix(row_hash + u * 0x9E3779B97F4A7C15ULL);
-      const auto part = [&](unsigned shift) { return static_cast<float>((bits >> shift) & 0xFFFFU) / 65535.0F - 0.5F; };
+      const auto part = [&](unsigned shift) {
+        return static_cast<float>((bits >> shift) & 0xFFFFU) / 65535.0F - 0.5F;
+      };
       const float noise = kNoise_dn * 1.7320508F * (part(0) + part(16) + part(32) + part(48));
       const float dn = 255.0F * std::sqrt(std::max(0.0F, radiance) / white_) + noise;
       out[u] = static_cast<std::uint8_t>(std::clamp(dn + 0.5F, 0.0F, 255.0F));
@@ -205,8 +219,8 @@ void write_orthoimages(const World& world, const std::vector<OrthoProduct>& prod
   double smallest = 1e300;
   for (const OrthoProduct& p : products) {
     if (!(p.pixel_m >= 0.001 && p.pixel_m <= 10.0) || p.pixel_m > std::min(site.width_m, site.height_m)) {
-      throw ToolError("{}: a pixel of {} m; give 0.001 to 10, and not more than the site's {} m", p.path.string(),
-                      p.pixel_m, std::min(site.width_m, site.height_m));
+      throw ToolError("{}: a pixel of {} m; give 0.001 to 10, and not more than the site's {} m",
+                      p.path.string(), p.pixel_m, std::min(site.width_m, site.height_m));
     }
     smallest = std::min(smallest, p.pixel_m);
   }
@@ -226,13 +240,15 @@ void write_orthoimages(const World& world, const std::vector<OrthoProduct>& prod
     parallel_for(parts.size(), [&](std::size_t i) {
       const int top = v + static_cast<int>(i) * rows_a_part;
       const int rows = std::clamp(height - top, 0, rows_a_part);
-      const OrthoPart part{width, rows, site.origin_x_m, site.origin_y_m + site.height_m - top * finest_m, finest_m};
+      const OrthoPart part{width, rows, site.origin_x_m, site.origin_y_m + site.height_m - top * finest_m,
+                           finest_m};
       world.render(part, world.scene().ortho_sun, parts[i]);
     });
     parallel_for(writers.size(), [&](std::size_t w) {
       for (const FloatImage& part : parts) {
         for (int row = 0; row < part.height; ++row)
-          writers[w]->push(part.pixels.data() + static_cast<std::ptrdiff_t>(row) * width, static_cast<std::size_t>(width));
+          writers[w]->push(part.pixels.data() + static_cast<std::ptrdiff_t>(row) * width,
+                           static_cast<std::size_t>(width));
       }
     });
     for (const auto& writer : writers) writer->flush();

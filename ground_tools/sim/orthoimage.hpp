@@ -1,9 +1,9 @@
 /// Orthoimages of a simulated site, as GeoTIFF.
 ///
-/// The site is rendered once, at the finest resolution (at most 5 mm a pixel, four samples each), row by row. Each product
-/// averages that radiance over its own pixels' area, blurs it as optics do (Gaussian of half a pixel), and turns it
-/// into 8 bits as the cameras do: DN = 255 sqrt(radiance / white_radiance), with noise of 1 DN. Memory does not grow
-/// with the image's height.
+/// The site is rendered once, at the finest resolution (at most 5 mm a pixel, four samples each), row by row.
+/// Each product averages that radiance over its own pixels' area, blurs it as optics do (Gaussian of half a
+/// pixel), and turns it into 8 bits as the cameras do: DN = 255 sqrt(radiance / white_radiance), with noise
+/// of 1 DN. Memory does not grow with the image's height.
 #pragma once
 
 #include <filesystem>
@@ -23,9 +23,9 @@ struct OrthoProduct {
 /// ortho_5mm.tif and the like.
 std::string ortho_name(double pixel_m);
 
-/// Writes the products, whole or not at all. Upper left corner at the site's; pixels that would reach over its east and south
-/// edges are left out. Throws ToolError: a pixel that is not in 1 mm .. 10 m or larger than the site, a file that cannot be
-/// written. `done` hears 0 to 1.
+/// Writes the products, whole or not at all. Upper left corner at the site's; pixels that would reach over
+/// its east and south edges are left out. Throws ToolError: a pixel that is not in 1 mm .. 10 m or larger
+/// than the site, a file that cannot be written. `done` hears 0 to 1.
 void write_orthoimages(const World& world, const std::vector<OrthoProduct>& products,
                        const std::function<void(double)>& done);
 

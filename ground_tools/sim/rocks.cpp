@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// ---- shapes --------------------------------------------------------------------------------------------------------
+// ---- shapes
+// --------------------------------------------------------------------------------------------------------
 
 struct Mesh {
   std::vector<Vec3> points;
@@ -24,16 +25,17 @@ struct Mesh {
 Mesh ball(int levels) {
   const double g = 0.5 * (1.0 + std::sqrt(5.0));
   Mesh mesh;
-  mesh.points = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                 {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
+  mesh.points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                 {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
   for (Vec3& p : mesh.points) p.normalize();
-  mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                    {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (int level = 0; level < levels; ++level) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [at, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.points.size()));
+      const auto [at, fresh] =
+          middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.points.size()));
       if (fresh) mesh.points.push_back((mesh.points[a] + mesh.points[b]).normalized());
       return at->second;
     };
@@ -42,7 +44,8 @@ Mesh ball(int levels) {
       const std::uint32_t a = middle(t[0], t[1]);
       const std::uint32_t b = middle(t[1], t[2]);
       const std::uint32_t c = middle(t[2], t[0]);
-      for (const auto& f : {std::array{t[0], a, c}, {t[1], b, a}, {t[2], c, b}, {a, b, c}}) finer.push_back(f);
+      for (const auto& f : {std::array{t[0], a, c}, {t[1], b, a}, {t[2], c, b}, {a, b, c}})
+        finer.push_back(f);
     }
     mesh.triangles = std::move(finer);
   }
@@ -52,7 +55,8 @@ Mesh ball(int levels) {
 /// Smooth noise over the unit ball: a few waves in drawn directions.
 double bumps(const Vec3& p, const std::vector<Vec3>& waves, const std::vector<double>& phases) {
   double sum = 0.0;
-  for (std::size_t i = 0; i < waves.size(); ++i) sum += std::sin(waves[i].dot(p) + phases[i]) / waves[i].norm();
+  for (std::size_t i = 0; i < waves.size(); ++i)
+    sum += std::sin(waves[i].dot(p) + phases[i]) / waves[i].norm();
   return sum;
 }
 
@@ -113,7 +117,8 @@ RockShape make_shape(const Scene& scene, std::size_t number, int levels) {
   };
   std::vector<Cut> cuts;
   const bool angular = draw.uniform() < 0.6;
-  const int count = angular ? 5 + static_cast<int>(draw.uniform(0.0, 8.0)) : static_cast<int>(draw.uniform(0.0, 3.0));
+  const int count =
+      angular ? 5 + static_cast<int>(draw.uniform(0.0, 8.0)) : static_cast<int>(draw.uniform(0.0, 3.0));
   for (int i = 0; i < count; ++i) cuts.push_back({direction(draw), draw.uniform(0.62, 0.9)});
   const double roughness = draw.uniform(0.10, 0.28);
   const Vec3 stretch(1.0, draw.uniform(0.62, 1.0), draw.uniform(0.5, 0.85));
@@ -159,11 +164,13 @@ RockShape make_shape(const Scene& scene, std::size_t number, int levels) {
   return shape;
 }
 
-// ---- places --------------------------------------------------------------------------------------------------------
+// ---- places
+// --------------------------------------------------------------------------------------------------------
 
 /// A number of a Poisson law of this mean: the normal approximation beyond 50.
 std::size_t poisson(Draw& draw, double mean) {
-  if (mean > 50.0) return static_cast<std::size_t>(std::max(0.0, std::round(mean + std::sqrt(mean) * draw.normal())));
+  if (mean > 50.0)
+    return static_cast<std::size_t>(std::max(0.0, std::round(mean + std::sqrt(mean) * draw.normal())));
   const double end = std::exp(-mean);
   std::size_t n = 0;
   for (double p = draw.uniform(); p > end; p *= draw.uniform()) ++n;
@@ -174,7 +181,8 @@ std::size_t poisson(Draw& draw, double mean) {
 class SizeLaw {
  public:
   SizeLaw(double k, double from_m, double to_m) : from_m_(from_m), ratio_(to_m / from_m) {
-    for (std::size_t i = 0; i <= kSteps; ++i) cumulated_.push_back(rocks_per_m2(k, from_m, diameter(static_cast<double>(i))));
+    for (std::size_t i = 0; i <= kSteps; ++i)
+      cumulated_.push_back(rocks_per_m2(k, from_m, diameter(static_cast<double>(i))));
   }
   double operator()(double uniform) const {
     const double wanted = uniform * cumulated_.back();
@@ -186,7 +194,9 @@ class SizeLaw {
 
  private:
   static constexpr std::size_t kSteps = 2000;
-  double diameter(double step) const { return from_m_ * std::pow(ratio_, step / static_cast<double>(kSteps)); }
+  double diameter(double step) const {
+    return from_m_ * std::pow(ratio_, step / static_cast<double>(kSteps));
+  }
   double from_m_;
   double ratio_;
   std::vector<double> cumulated_;
@@ -211,7 +221,8 @@ class Places {
   }
   void add(std::uint32_t index, const std::vector<Rock>& rocks) {
     const Rock& rock = rocks[index];
-    around(rock.p_map_m, 0.5 * rock.diameter_m, [&](std::vector<std::uint32_t>& cell) { cell.push_back(index); });
+    around(rock.p_map_m, 0.5 * rock.diameter_m,
+           [&](std::vector<std::uint32_t>& cell) { cell.push_back(index); });
   }
 
  private:
@@ -265,8 +276,8 @@ std::vector<RockShape> make_shapes(const Scene& scene) {
   return shapes;
 }
 
-std::vector<Rock> place_rocks(const Scene& scene, const Terrain& terrain, const std::vector<RockShape>& shapes,
-                              const std::vector<PathPoint>& path) {
+std::vector<Rock> place_rocks(const Scene& scene, const Terrain& terrain,
+                              const std::vector<RockShape>& shapes, const std::vector<PathPoint>& path) {
   const Site& site = scene.site;
   const Rocks& law = scene.rocks;
   const double area = site.width_m * site.height_m;
@@ -278,8 +289,9 @@ std::vector<Rock> place_rocks(const Scene& scene, const Terrain& terrain, const 
   };
   std::vector<Rock> rocks;
   std::vector<double> sizes;
-  for (const Class& c : {Class{Stream::kRocks, law.min_diameter_m, law.max_diameter_m, 1.0},
-                         Class{Stream::kPebbles, law.pebble_min_diameter_m, law.min_diameter_m, law.pebbles}}) {
+  for (const Class& c :
+       {Class{Stream::kRocks, law.min_diameter_m, law.max_diameter_m, 1.0},
+        Class{Stream::kPebbles, law.pebble_min_diameter_m, law.min_diameter_m, law.pebbles}}) {
     if (!(c.to_m > c.from_m) || c.share <= 0.0) continue;
     Draw draw(scene.seed, c.stream, 2);
     const SizeLaw size(law.k, c.from_m, c.to_m);
@@ -296,14 +308,19 @@ std::vector<Rock> place_rocks(const Scene& scene, const Terrain& terrain, const 
     rock.diameter_m = sizes[i];
     // A site so full that forty trials fail takes the last: the law of sizes goes first.
     for (int trial = 0; trial < 40; ++trial) {
-      rock.p_map_m = Vec2(site.origin_x_m + draw.uniform() * site.width_m, site.origin_y_m + draw.uniform() * site.height_m);
+      rock.p_map_m = Vec2(site.origin_x_m + draw.uniform() * site.width_m,
+                          site.origin_y_m + draw.uniform() * site.height_m);
       if (places.is_free(rock.p_map_m, rock.diameter_m, rocks)) break;
     }
-    const std::size_t first = sizes[i] >= 0.25 ? 0 : (sizes[i] >= law.min_diameter_m ? kFineShapes : kFineShapes + kPlainShapes);
-    const std::size_t many = sizes[i] >= 0.25 ? kFineShapes : (sizes[i] >= law.min_diameter_m ? kPlainShapes : kPebbleShapes);
-    rock.shape = static_cast<std::uint16_t>(first + std::min(many - 1, static_cast<std::size_t>(draw.uniform() * static_cast<double>(many))));
+    const std::size_t first =
+        sizes[i] >= 0.25 ? 0 : (sizes[i] >= law.min_diameter_m ? kFineShapes : kFineShapes + kPlainShapes);
+    const std::size_t many =
+        sizes[i] >= 0.25 ? kFineShapes : (sizes[i] >= law.min_diameter_m ? kPlainShapes : kPebbleShapes);
+    rock.shape = static_cast<std::uint16_t>(
+        first + std::min(many - 1, static_cast<std::size_t>(draw.uniform() * static_cast<double>(many))));
     rock.yaw_rad = draw.uniform(0.0, 2.0 * kPi);
-    rock.albedo = static_cast<float>(law.albedo * std::clamp(1.0 + law.albedo_spread * draw.normal(), 0.35, 2.2));
+    rock.albedo =
+        static_cast<float>(law.albedo * std::clamp(1.0 + law.albedo_spread * draw.normal(), 0.35, 2.2));
     rocks.push_back(rock);
     places.add(static_cast<std::uint32_t>(i), rocks);
   }

@@ -25,17 +25,24 @@ std::vector<TruthRock> truth_rocks(const World& world) {
   std::vector<TruthRock> rocks;
   for (const Rock& rock : world.rocks()) {
     if (rock.diameter_m < world.scene().rocks.min_diameter_m) break;  // the largest come first
-    rocks.push_back({static_cast<int>(rocks.size()), rock.p_map_m, rock.z_ground_map_m, rock.diameter_m, rock.height_m});
+    rocks.push_back(
+        {static_cast<int>(rocks.size()), rock.p_map_m, rock.z_ground_map_m, rock.diameter_m, rock.height_m});
   }
   return rocks;
 }
 
 SimulatedDrive::SimulatedDrive(const World& world, std::string name)
-    : world_(world), name_(std::move(name)), rig_(stereo_rig(world.scene().rig)), rocks_(sim::truth_rocks(world)) {
-  const Pose3 flown = mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig_.baseline_m);
-  if ((flown.t - rig_.T_rover_cam.t).norm() > 1e-6 || (flown.inverse() * rig_.T_rover_cam).q.vec().norm() > 1e-6) {
-    throw ToolError("{}: its rig '{}' does not sit as that of mission '{}'; build with the MISSION of this rig", name_,
-                    world.scene().rig.name, cfg::kMission.name);
+    : world_(world),
+      name_(std::move(name)),
+      rig_(stereo_rig(world.scene().rig)),
+      rocks_(sim::truth_rocks(world)) {
+  const Pose3 flown =
+      mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig_.baseline_m);
+  if ((flown.t - rig_.T_rover_cam.t).norm() > 1e-6 ||
+      (flown.inverse() * rig_.T_rover_cam).q.vec().norm() > 1e-6) {
+    throw ToolError(
+        "{}: its rig '{}' does not sit as that of mission '{}'; build with the MISSION of this rig", name_,
+        world.scene().rig.name, cfg::kMission.name);
   }
   rig_.T_rover_cam = Pose3();  // the mission's, as for any drive
 }

@@ -27,7 +27,9 @@ class SimulatedDrive : public Drive {
   std::string name() const override { return name_; }
   const StereoRig& rig() const override { return rig_; }
   std::size_t size() const override { return world_.path().size(); }
-  FrameTag tag(std::size_t index) const override { return {static_cast<int>(index), static_cast<double>(index)}; }
+  FrameTag tag(std::size_t index) const override {
+    return {static_cast<int>(index), static_cast<double>(index)};
+  }
   /// Renders frame `index`, and the next ones ahead of their time on the other cores.
   PairImages images(std::size_t index) const override;
   std::optional<Pose3> truth_cam(std::size_t index) const override;

@@ -9,7 +9,7 @@ namespace cairn::ground::sim {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kHillRatio = 0.4;        ///< height of an octave over that of the one twice as long
+constexpr double kHillRatio = 0.4;  ///< height of an octave over that of the one twice as long
 constexpr double kShortestHill_m = 1.0;
 constexpr double kLongestLump_m = 0.48;
 constexpr double kShortestLump_m = 0.10;  ///< four cells of the grid
@@ -83,8 +83,7 @@ void Terrain::make_heights(const Scene& scene) {
     for (std::size_t i = 0; i < columns_; ++i) {
       const std::size_t k = j * columns_ + i;
       const double phase = kx * (kSpacing_m * static_cast<double>(i)) +
-                           ky * (kSpacing_m * static_cast<double>(j)) +
-                           static_cast<double>(bend.values[k]);
+                           ky * (kSpacing_m * static_cast<double>(j)) + static_cast<double>(bend.values[k]);
       const double share = std::clamp(0.5 + static_cast<double>(strength.values[k]), 0.0, 1.0);
       heights_[k] += static_cast<float>(0.5 * site.ripple_height_m * share * std::sin(phase));
     }
@@ -101,8 +100,10 @@ void Terrain::make_slopes() {
     for (std::size_t i = 0; i < columns_; ++i) {
       const auto [left, right] = reach(i, columns_);
       const std::size_t k = j * columns_ + i;
-      slopes_[2 * k] = (at(right, j) - at(left, j)) / static_cast<float>(kSpacing_m * static_cast<double>(right - left));
-      slopes_[2 * k + 1] = (at(i, up) - at(i, down)) / static_cast<float>(kSpacing_m * static_cast<double>(up - down));
+      slopes_[2 * k] =
+          (at(right, j) - at(left, j)) / static_cast<float>(kSpacing_m * static_cast<double>(right - left));
+      slopes_[2 * k + 1] =
+          (at(i, up) - at(i, down)) / static_cast<float>(kSpacing_m * static_cast<double>(up - down));
     }
   }
 }
@@ -128,8 +129,10 @@ void Terrain::make_patches(const Scene& scene) {
 
 Terrain::Cell Terrain::locate(float x_m, float y_m) const {
   const float scale = static_cast<float>(1.0 / kSpacing_m);
-  const float x = std::clamp((x_m - static_cast<float>(x0_)) * scale, 0.0F, static_cast<float>(columns_ - 1) - 1e-3F);
-  const float y = std::clamp((y_m - static_cast<float>(y0_)) * scale, 0.0F, static_cast<float>(rows_ - 1) - 1e-3F);
+  const float x =
+      std::clamp((x_m - static_cast<float>(x0_)) * scale, 0.0F, static_cast<float>(columns_ - 1) - 1e-3F);
+  const float y =
+      std::clamp((y_m - static_cast<float>(y0_)) * scale, 0.0F, static_cast<float>(rows_ - 1) - 1e-3F);
   const auto i = static_cast<std::size_t>(x);
   const auto j = static_cast<std::size_t>(y);
   return {j * columns_ + i, x - static_cast<float>(i), y - static_cast<float>(j)};

@@ -35,12 +35,13 @@ Texture::Tile Texture::make_tile(std::uint64_t seed, std::uint64_t number) {
   std::vector<float> albedo(kSide * kSide, 0.0F);
   int octave = 0;
   for (double w = kLongest_m; w >= 0.99 * kShortest_m; w *= 0.5, ++octave) {
-    const auto period = static_cast<std::uint64_t>(std::lround(static_cast<double>(kSide) * texel / (0.5 * w)));
+    const auto period =
+        static_cast<std::uint64_t>(std::lround(static_cast<double>(kSide) * texel / (0.5 * w)));
     const std::uint64_t n = 100 * number + static_cast<std::uint64_t>(octave);
-    add_noise({seed, Stream::kTexture, 1000 + n, w, kOctaveSlope * w / (2.0 * kPi), period}, 0.0, 0.0, texel, kSide,
-              kSide, heights);
-    add_noise({seed, Stream::kTexture, 2000 + n, w, 1.0 / std::sqrt(static_cast<double>(kOctaves)), period}, 0.0, 0.0,
-              texel, kSide, kSide, albedo);
+    add_noise({seed, Stream::kTexture, 1000 + n, w, kOctaveSlope * w / (2.0 * kPi), period}, 0.0, 0.0, texel,
+              kSide, kSide, heights);
+    add_noise({seed, Stream::kTexture, 2000 + n, w, 1.0 / std::sqrt(static_cast<double>(kOctaves)), period},
+              0.0, 0.0, texel, kSide, kSide, albedo);
   }
   Tile tile(kSide * kSide);
   for (std::size_t j = 0; j < kSide; ++j) {
@@ -78,7 +79,8 @@ Texture::Tile Texture::average(const Tile& fine, std::size_t side) {
 Texture::Texture(std::uint64_t seed) {
   parallel_for(2, [&](std::size_t i) {
     tiles_[i][0] = make_tile(seed, i);
-    for (int level = 1; level < kLevels; ++level) tiles_[i][level] = average(tiles_[i][level - 1], kSide >> level);
+    for (int level = 1; level < kLevels; ++level)
+      tiles_[i][level] = average(tiles_[i][level - 1], kSide >> level);
   });
 }
 

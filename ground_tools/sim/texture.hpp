@@ -11,7 +11,7 @@ namespace cairn::ground::sim {
 
 /// What the texture says of a point.
 struct Grain {
-  float albedo = 0.0F;  ///< deviation from the mean, in standard deviations of the whole texture
+  float albedo = 0.0F;   ///< deviation from the mean, in standard deviations of the whole texture
   float slope_x = 0.0F;  ///< of the smallest lumps, about 0.2 standard deviation; along the axes of (x, y)
   float slope_y = 0.0F;
 };

@@ -12,8 +12,8 @@
 namespace cairn::ground::sim {
 namespace {
 
-// Light, in the unit in which Camera::white_radiance stands. Chosen so that soil of albedo 0.25 under a sun 45
-// degrees high comes to 0.16, and its shadows to a seventh of that.
+// Light, in the unit in which Camera::white_radiance stands. Chosen so that soil of albedo 0.25 under a sun
+// 45 degrees high comes to 0.16, and its shadows to a seventh of that.
 constexpr float kSun = 0.80F;
 constexpr float kSky = 0.095F;
 constexpr float kSunDiscRad = 0.00305F;  ///< radius on Mars
@@ -38,12 +38,13 @@ struct Light {
 Light light_of(const Sun& sun) {
   Light light;
   const Vec3 s = sun_direction(sun);
-  const Vec3 aside = (std::fabs(s.z()) < 0.99 ? s.cross(Vec3(0.0, 0.0, 1.0)) : Vec3(1.0, 0.0, 0.0)).normalized();
+  const Vec3 aside =
+      (std::fabs(s.z()) < 0.99 ? s.cross(Vec3(0.0, 0.0, 1.0)) : Vec3(1.0, 0.0, 0.0)).normalized();
   const Vec3 up = aside.cross(s);
   light.to_sun = s.cast<float>();
   for (int i = 0; i < kSamples; ++i)
-    light.disc[i] = (s + static_cast<double>(kSunDiscRad) * (static_cast<double>(kDiscA[i]) * aside +
-                                                             static_cast<double>(kDiscB[i]) * up))
+    light.disc[i] = (s + static_cast<double>(kSunDiscRad) *
+                             (static_cast<double>(kDiscA[i]) * aside + static_cast<double>(kDiscB[i]) * up))
                         .normalized()
                         .cast<float>();
   light.ground_irradiance = kSun * std::max(0.0F, light.to_sun.z()) + kSky;
@@ -71,12 +72,12 @@ Placement placement_of(const Rock& rock) {
 
 RTCScene shape_scene(RTCDevice device, const RockShape& shape) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                             3 * sizeof(float), shape.points.size()));
+  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), shape.points.size()));
   for (std::size_t i = 0; i < shape.points.size(); ++i)
     for (int k = 0; k < 3; ++k) points[3 * i + static_cast<std::size_t>(k)] = shape.points[i][k];
-  auto* triangles = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                                   3 * sizeof(unsigned), shape.triangles.size()));
+  auto* triangles = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), shape.triangles.size()));
   for (std::size_t i = 0; i < shape.triangles.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k) triangles[3 * i + k] = shape.triangles[i][k];
   rtcCommitGeometry(geometry);
@@ -89,8 +90,9 @@ RTCScene shape_scene(RTCDevice device, const RockShape& shape) {
 
 RTCGeometry ground_geometry(RTCDevice device, const Terrain& terrain) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_GRID);
-  auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                             3 * sizeof(float), terrain.columns() * terrain.rows()));
+  auto* points =
+      static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                  3 * sizeof(float), terrain.columns() * terrain.rows()));
   parallel_for(terrain.rows(), [&](std::size_t j) {
     for (std::size_t i = 0; i < terrain.columns(); ++i) {
       float* p = points + 3 * (j * terrain.columns() + i);
@@ -109,8 +111,8 @@ RTCGeometry ground_geometry(RTCDevice device, const Terrain& terrain) {
   return geometry;
 }
 
-/// Share of the sky that rocks and terrain leave open, over the terrain's grid: horizons in eight directions, to a
-/// distance of 0.85 m.
+/// Share of the sky that rocks and terrain leave open, over the terrain's grid: horizons in eight directions,
+/// to a distance of 0.85 m.
 std::vector<std::uint8_t> open_sky(const Terrain& terrain, const std::vector<Rock>& rocks) {
   const std::size_t columns = terrain.columns();
   const std::size_t rows = terrain.rows();
@@ -127,7 +129,8 @@ std::vector<std::uint8_t> open_sky(const Terrain& terrain, const std::vector<Roc
     const double y = (rock.p_map_m.y() - terrain.origin_y_m()) / spacing;
     const double r = 0.5 * rock.diameter_m / spacing;
     for (std::size_t j = clamped(std::ceil(y - r), rows); j <= clamped(std::floor(y + r), rows); ++j) {
-      for (std::size_t i = clamped(std::ceil(x - r), columns); i <= clamped(std::floor(x + r), columns); ++i) {
+      for (std::size_t i = clamped(std::ceil(x - r), columns); i <= clamped(std::floor(x + r), columns);
+           ++i) {
         const double u = (static_cast<double>(i) - x) / r;
         const double v = (static_cast<double>(j) - y) / r;
         if (u * u + v * v > 1.0) continue;
@@ -149,9 +152,12 @@ std::vector<std::uint8_t> open_sky(const Terrain& terrain, const std::vector<Roc
         for (const int step : kSteps) {
           const auto a = static_cast<std::ptrdiff_t>(i) + dx * step;
           const auto b = static_cast<std::ptrdiff_t>(j) + dy * step;
-          if (a < 0 || b < 0 || a >= static_cast<std::ptrdiff_t>(columns) || b >= static_cast<std::ptrdiff_t>(rows)) break;
+          if (a < 0 || b < 0 || a >= static_cast<std::ptrdiff_t>(columns) ||
+              b >= static_cast<std::ptrdiff_t>(rows))
+            break;
           const float rise = top[static_cast<std::size_t>(b) * columns + static_cast<std::size_t>(a)] - z;
-          const float way = static_cast<float>(spacing) * static_cast<float>(step) * (dx != 0 && dy != 0 ? 1.4142F : 1.0F);
+          const float way =
+              static_cast<float>(spacing) * static_cast<float>(step) * (dx != 0 && dy != 0 ? 1.4142F : 1.0F);
           steepest = std::max(steepest, rise / way);
         }
         sum += 1.0F / (1.0F + steepest * steepest);  // cos^2 of the horizon's elevation
@@ -174,16 +180,22 @@ View view_of(const Rig& rig, const Pose3& T_map_cam) {
 
 }  // namespace
 
-View left_view(const Rig& rig, const Pose3& T_map_rover) { return view_of(rig, camera(rig, T_map_rover, 0.0)); }
+View left_view(const Rig& rig, const Pose3& T_map_rover) {
+  return view_of(rig, camera(rig, T_map_rover, 0.0));
+}
 View right_view(const Rig& rig, const Pose3& T_map_rover) {
   return view_of(rig, camera(rig, T_map_rover, rig.baseline_m));
 }
 
 struct World::Body {
   Body(const Scene& scene, const std::vector<PathPoint>& path)
-      : terrain(scene), texture(scene.seed), shapes(make_shapes(scene)),
-        rocks(place_rocks(scene, terrain, shapes, path)), open(open_sky(terrain, rocks)),
-        texture_contrast(static_cast<float>(scene.site.texture_contrast)), ground_albedo(static_cast<float>(scene.site.albedo)) {
+      : terrain(scene),
+        texture(scene.seed),
+        shapes(make_shapes(scene)),
+        rocks(place_rocks(scene, terrain, shapes, path)),
+        open(open_sky(terrain, rocks)),
+        texture_contrast(static_cast<float>(scene.site.texture_contrast)),
+        ground_albedo(static_cast<float>(scene.site.albedo)) {
     device = rtcNewDevice(nullptr);
     if (device == nullptr) throw ToolError("sim: the ray tracer (Embree) does not start on this machine");
     top = rtcNewScene(device);
@@ -197,8 +209,9 @@ struct World::Body {
       placements.push_back(p);
       RTCGeometry instance = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(instance, shape_scenes[rocks[i].shape]);
-      const float columns[12] = {p.scale * p.c, p.scale * p.s, 0, -p.scale * p.s, p.scale * p.c, 0, 0, 0, p.scale,
-                                 p.at.x(), p.at.y(), p.at.z()};
+      const float columns[12] = {
+          p.scale * p.c, p.scale * p.s, 0,        -p.scale * p.s, p.scale * p.c, 0, 0, 0,
+          p.scale,       p.at.x(),      p.at.y(), p.at.z()};
       rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
       rtcCommitGeometry(instance);
       rtcAttachGeometryByID(top, instance, static_cast<unsigned>(i + 1));
@@ -206,7 +219,8 @@ struct World::Body {
     }
     rtcCommitScene(top);
     if (rtcGetDeviceError(device) != RTC_ERROR_NONE)
-      throw ToolError("sim: the ray tracer (Embree) could not take the scene: not enough memory; make the site smaller");
+      throw ToolError(
+          "sim: the ray tracer (Embree) could not take the scene: not enough memory; make the site smaller");
   }
   ~Body() {
     if (device == nullptr) return;
@@ -217,7 +231,8 @@ struct World::Body {
   Body(const Body&) = delete;
   Body& operator=(const Body&) = delete;
 
-  void trace(RTCRayHit8& packet, const int* valid, const Light& light, const float* footprint, float* radiance) const;
+  void trace(RTCRayHit8& packet, const int* valid, const Light& light, const float* footprint,
+             float* radiance) const;
 
   Terrain terrain;
   Texture texture;
@@ -240,7 +255,8 @@ struct World::Body {
     float open;
   };
   Surface ground_at(const Vec3f& p, float footprint) const;
-  Surface rock_at(std::size_t index, unsigned triangle, float u, float v, const Vec3f& p, float footprint) const;
+  Surface rock_at(std::size_t index, unsigned triangle, float u, float v, const Vec3f& p,
+                  float footprint) const;
   float open_at(const Vec3f& p) const;
 };
 
@@ -276,15 +292,17 @@ World::Body::Surface World::Body::ground_at(const Vec3f& p, float footprint) con
   return s;
 }
 
-World::Body::Surface World::Body::rock_at(std::size_t index, unsigned triangle, float u, float v, const Vec3f& p,
-                                          float footprint) const {
+World::Body::Surface World::Body::rock_at(std::size_t index, unsigned triangle, float u, float v,
+                                          const Vec3f& p, float footprint) const {
   const Rock& rock = rocks[index];
   const RockShape& shape = shapes[rock.shape];
   const Placement& place = placements[index];
   const auto& t = shape.triangles[triangle];
-  const Vec3f n_local = ((1.0F - u - v) * shape.normals[t[0]] + u * shape.normals[t[1]] + v * shape.normals[t[2]]).normalized();
+  const Vec3f n_local =
+      ((1.0F - u - v) * shape.normals[t[0]] + u * shape.normals[t[1]] + v * shape.normals[t[2]]).normalized();
   // The texture is laid on along the axis that the face looks to most; each rock has its own piece of it.
-  const Vec3f q = place.scale / kRockTexture_m * place.to_local(p) + static_cast<float>(index % 997) * Vec3f(0.37F, 0.61F, 0.83F);
+  const Vec3f q = place.scale / kRockTexture_m * place.to_local(p) +
+                  static_cast<float>(index % 997) * Vec3f(0.37F, 0.61F, 0.83F);
   const Vec3f a = n_local.cwiseAbs();
   Surface s;
   s.p = p;
@@ -322,7 +340,8 @@ void World::Body::trace(RTCRayHit8& packet, const int* valid, const Light& light
     shadow.tfar[k] = -1.0F;
     if (valid[k] == 0 || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
     const Vec3f direction(packet.ray.dir_x[k], packet.ray.dir_y[k], packet.ray.dir_z[k]);
-    const Vec3f p = Vec3f(packet.ray.org_x[k], packet.ray.org_y[k], packet.ray.org_z[k]) + packet.ray.tfar[k] * direction;
+    const Vec3f p =
+        Vec3f(packet.ray.org_x[k], packet.ray.org_y[k], packet.ray.org_z[k]) + packet.ray.tfar[k] * direction;
     // Seen at a slant, a sample covers more ground.
     const float slant = std::max(0.05F, std::fabs(direction.z()) / direction.norm());
     const float size = (footprint[k] * packet.ray.tfar[k] + footprint[k + 8]) / std::sqrt(slant);
@@ -349,14 +368,15 @@ void World::Body::trace(RTCRayHit8& packet, const int* valid, const Light& light
     if (valid[k] == 0 || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
     const Surface& s = surface[k];
     const float facing_up = 0.5F + 0.5F * s.n.z();
-    float irradiance = kSky * s.open * facing_up +
-                       ground_albedo * light.ground_irradiance * ((1.0F - facing_up) + 0.5F * (1.0F - s.open));
+    float irradiance = kSky * s.open * facing_up + ground_albedo * light.ground_irradiance *
+                                                       ((1.0F - facing_up) + 0.5F * (1.0F - s.open));
     if (lit[k] != 0 && shadow.tfar[k] >= 0.0F) irradiance += kSun * s.n.dot(light.disc[k % kSamples]);
     radiance[k] = s.albedo * irradiance;
   }
 }
 
-World::World(const Scene& scene) : scene_(scene), path_(plan(scene)), body_(std::make_unique<Body>(scene_, path_)) {}
+World::World(const Scene& scene)
+    : scene_(scene), path_(plan(scene)), body_(std::make_unique<Body>(scene_, path_)) {}
 World::~World() = default;
 
 const Terrain& World::terrain() const { return body_->terrain; }
@@ -405,7 +425,8 @@ void World::render(const View& view, const Sun& sun, FloatImage& out, FloatImage
   alignas(32) int valid[8];
   float footprint[16] = {};
   float radiance[8];
-  for (int k = 0; k < 8; ++k) footprint[k] = static_cast<float>(0.5 / view.fx_px);  // two samples across a pixel
+  for (int k = 0; k < 8; ++k)
+    footprint[k] = static_cast<float>(0.5 / view.fx_px);  // two samples across a pixel
   const auto direction = [&](double u, double v) {
     return Vec3f((R * Vec3((u - view.cx_px) / view.fx_px, (v - view.cy_px) / view.fy_px, 1.0)).cast<float>());
   };
@@ -437,7 +458,8 @@ void World::render(const View& view, const Sun& sun, FloatImage& out, FloatImage
       RTCIntersectContext context;
       rtcInitIntersectContext(&context);
       rtcIntersect1(body_->top, &context, &ray);
-      depth->pixels[static_cast<std::size_t>(v) * static_cast<std::size_t>(view.width_px) + static_cast<std::size_t>(u)] =
+      depth->pixels[static_cast<std::size_t>(v) * static_cast<std::size_t>(view.width_px) +
+                    static_cast<std::size_t>(u)] =
           ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? 0.0F : ray.ray.tfar;
     }
   }
@@ -461,8 +483,10 @@ void World::render(const OrthoPart& part, const Sun& sun, FloatImage& out) const
     float* row = out.pixels.data() + static_cast<std::ptrdiff_t>(v) * part.width_px;
     for (int u = 0; u < part.width_px; u += 2) {
       fill(packet, valid, u, part.width_px, [&](int pixel, float du, float dv, int k) {
-        packet.ray.org_x[k] = static_cast<float>(part.x_m + (pixel + 0.5 + static_cast<double>(du)) * part.pixel_m);
-        packet.ray.org_y[k] = static_cast<float>(part.y_m - (v + 0.5 + static_cast<double>(dv)) * part.pixel_m);
+        packet.ray.org_x[k] =
+            static_cast<float>(part.x_m + (pixel + 0.5 + static_cast<double>(du)) * part.pixel_m);
+        packet.ray.org_y[k] =
+            static_cast<float>(part.y_m - (v + 0.5 + static_cast<double>(dv)) * part.pixel_m);
       });
       body_->trace(packet, valid, light, footprint, radiance);
       store(radiance, u, part.width_px, row);

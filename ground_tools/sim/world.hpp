@@ -1,9 +1,9 @@
 /// A simulated site, ready to be looked at: terrain, rocks and their texture in a ray tracer (Embree).
 ///
 /// Light. radiance = albedo (sun cos(theta) lit + sky open + bounce), with the sun a disc of 0.35 degrees
-/// (four places of it, one a sample), shadows cast by terrain, rocks and pebbles; the sky uniform, seen through
-/// what rocks around a place leave open; and the ground's own light on what faces it. Surfaces scatter
-/// evenly (Lambert). Units are such that Camera::white_radiance fits.
+/// (four places of it, one a sample), shadows cast by terrain, rocks and pebbles; the sky uniform, seen
+/// through what rocks around a place leave open; and the ground's own light on what faces it. Surfaces
+/// scatter evenly (Lambert). Units are such that Camera::white_radiance fits.
 ///
 /// Each pixel has four samples at fixed places within it, hence edges are smooth; finer texture is averaged
 /// over the sample's footprint. The same pixel comes out for any thread count.
@@ -56,8 +56,8 @@ class World {
   const std::vector<PathPoint>& path() const { return path_; }
   Pose3 T_map_rover(std::size_t frame) const;
 
-  /// Radiance of the view; `depth`, where wanted, gets the z of the pixel's centre in the camera's frame (0: nothing
-  /// there). To be called from any thread; each call works on one.
+  /// Radiance of the view; `depth`, where wanted, gets the z of the pixel's centre in the camera's frame (0:
+  /// nothing there). To be called from any thread; each call works on one.
   void render(const View& view, const Sun& sun, FloatImage& out, FloatImage* depth = nullptr) const;
   void render(const OrthoPart& part, const Sun& sun, FloatImage& out) const;
 
