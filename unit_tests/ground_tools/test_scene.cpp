@@ -1,6 +1,10 @@
 // Scenes: defaults, TOML there and back, settings, and every refusal.
 #include "sim/scene.hpp"
 
+#include <cstdlib>
+#include <map>
+#include <sstream>
+
 #include "core/trig.hpp"
 #include "ground_tools/scratch.hpp"
 #include "sim/traverse.hpp"
@@ -116,6 +120,50 @@ void test_record_of_every_kind_and_rig(void**) {
       assert_true(plan(again).back().x_m == plan(s).back().x_m);
     }
   }
+}
+
+std::vector<std::string> cells_of(const std::string& row) {
+  std::vector<std::string> cells;
+  std::istringstream in(row);
+  for (std::string cell; std::getline(in, cell, '|');) {
+    const std::size_t first = cell.find_first_not_of(" *`");
+    cells.push_back(
+        first == std::string::npos ? "" : cell.substr(first, cell.find_last_not_of(" *`") - first + 1));
+  }
+  return cells;
+}
+
+/// Rows of the guide's tables that tell one key's default must tell the one that is.
+void test_the_guide_tells_the_defaults(void**) {
+  std::map<std::string, std::string> defaults;
+  std::istringstream record(to_toml(Scene{}));
+  std::string section;
+  for (std::string line; std::getline(record, line);) {
+    if (!line.empty() && line[0] == '[') section = line;
+    const std::size_t equals = line.find(" = ");
+    if (equals != std::string::npos) defaults[section + line.substr(0, equals)] = line.substr(equals + 3);
+  }
+  std::ifstream guide(std::filesystem::path(CAIRN_SOURCE_DIR) / "doc" / "USER_GUIDE.md");
+  section.clear();
+  bool begun = false;
+  int compared = 0;
+  for (std::string line; std::getline(guide, line);) {
+    begun = begun || line.rfind("## 6 ", 0) == 0;
+    const std::vector<std::string> cells = cells_of(line);
+    if (!begun || cells.size() < 5) continue;
+    if (cells[1][0] == '[') section = cells[1];
+    const auto known = defaults.find(section + cells[1]);
+    char* end = nullptr;
+    const double told = std::strtod(cells[3].c_str(), &end);
+    if (known == defaults.end() || end == cells[3].c_str()) continue;
+    const double is = std::strtod(known->second.c_str(), nullptr);
+    if (std::fabs(told - is) > 1.0e-3 * std::fabs(is)) {
+      fail_msg("%s%s: the guide tells %s, it is %s", section.c_str(), cells[1].c_str(), cells[3].c_str(),
+               known->second.c_str());
+    }
+    ++compared;
+  }
+  assert_at_least(compared, 45);
 }
 
 void test_shipped_scenes(void**) {
@@ -395,6 +443,7 @@ int main() {
       cmocka_unit_test(test_defaults_are_the_papers),
       cmocka_unit_test(test_every_key_is_read),
       cmocka_unit_test(test_record_of_every_kind_and_rig),
+      cmocka_unit_test(test_the_guide_tells_the_defaults),
       cmocka_unit_test(test_shipped_scenes),
       cmocka_unit_test(test_settings_replace),
       cmocka_unit_test(test_site_sides),
