@@ -103,6 +103,22 @@ demo: ## prepare a map of the sample's ground, replay its drive, print the error
 	  --degrade scale=1.02,yaw=0.1deg/m
 	@printf '\nLook at %s and %s\n' '$(DEMO)/as_it_is/plot.svg' '$(DEMO)/degraded/plot.svg'
 
+paper: ## the paper's evaluation at its scale: 100 m, 7 map resolutions (SEEDS='1 2 ...'); goes on where it was stopped
+	@$(MAKE) --no-print-directory deps-build
+	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
+	@printf 'Rendering sites and drives: %s\n' '$(SEEDS:%=$(PAPER)/%)'
+	@$(MAKE) --no-print-directory $(SEEDS:%=$(PAPER)/%/data/.rendered)
+	@printf 'Preparing maps, driving over them\n'
+	@$(MAKE) --no-print-directory -j$(JOBS) $(foreach seed,$(SEEDS),$(PAPER_RUNS:%=$(PAPER)/$(seed)/%/summary.json))
+	@$(CAIRN) table $(foreach seed,$(SEEDS),$(PAPER_RUNS:%=$(PAPER)/$(seed)/%)) -o $(PAPER)/table.csv
+	@$(CAIRN) report $(PAPER_RUNS:%=$(PAPER)/$(firstword $(SEEDS))/%) -o $(PAPER)/report.html
+
+realism: ## OpenCV's SIFT odometry and grey levels on simulated pairs, beside REFERENCE=folder where given
+	@$(MAKE) --no-print-directory deps-test
+	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN) $(B)/sift_vo
+	@$(CAIRN) sim mission_cfg/scenes/realism.toml -o build/realism
+	@$(B)/sift_vo build/realism $(REFERENCE)
+
 bench: ## time and operations of a frame on this machine (DATASET=folder, default the sample)
 	@$(MAKE) --no-print-directory deps-build
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
@@ -187,6 +203,8 @@ $(B)/tests/opencv/%: $(B)/unit_tests/opencv/%.o $(LIBS_ALL)
 $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
+$(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
 # This one runs the program.
 $(B)/tests/ground_tools/test_cmd_run: $(CAIRN)
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
@@ -195,6 +213,37 @@ $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 $(B)/tests/%: $(B)/unit_tests/%.o $(SUPPORT_LIB) $(FSW_LIB)
 	@mkdir -p $(@D)
 	$(link) -lcmocka -o $@
+
+# ---- the paper's evaluation ----------------------------------------------------------------------------------------
+# Each file below is whole or absent, so that make knows what is left to do.
+PAPER        := build/paper
+SEEDS        ?= 1
+# Orthoimages: those of the paper's Table I, then coarser ones, as named by cairn sim.
+PAPER_MAPS   := 5mm 6.67mm 10mm 20mm 50mm 100mm 250mm
+PAPER_PIXELS := 0.005,0.00666666666667,0.01,0.02,0.05,0.1,0.25
+PAPER_RUNS   := $(foreach map,rocks $(PAPER_MAPS),as_it_is/$(map) degraded/$(map))
+# About the paper's own drift over its 100 m: 2.5 m.
+PAPER_DRIFT  := scale=1.02,yaw=0.05deg/m
+
+$(PAPER)/%/data/.rendered:
+	@mkdir -p $(@D)
+	@$(CAIRN) sim mission_cfg/scenes/paper.toml --set seed=$* -o $(@D) --ortho $(PAPER_PIXELS)
+	@touch $@
+define paper_rules
+$(PAPER)/$(1)/%.cmap: $(PAPER)/$(1)/data/.rendered
+	@$$(CAIRN) map build $$(<D)/ortho_$$*.tif -o $$@
+$(PAPER)/$(1)/rocks.cmap: $(PAPER)/$(1)/data/.rendered
+	@$$(CAIRN) map build --from-csv $$(<D)/truth_rocks.csv -o $$@
+$(PAPER)/$(1)/as_it_is/%/summary.json: $(PAPER)/$(1)/%.cmap
+	@mkdir -p $$(@D)
+	@$$(CAIRN) run --dataset $$(<D)/data --map $$< --ortho $$(<D)/data/ortho_20mm.tif -o $$(@D) >$$(@D)/log
+	@printf 'drive %s over %s\n' '$(1)' '$$*'
+$(PAPER)/$(1)/degraded/%/summary.json: $(PAPER)/$(1)/%.cmap
+	@mkdir -p $$(@D)
+	@$$(CAIRN) run --dataset $$(<D)/data --map $$< --ortho $$(<D)/data/ortho_20mm.tif --degrade $(PAPER_DRIFT) -o $$(@D) >$$(@D)/log
+	@printf 'drive %s over %s, VO made worse\n' '$(1)' '$$*'
+endef
+$(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
 
 # ---- tests and checks ----------------------------------------------------------------------------------------------
 JOBS ?= $(shell nproc)
@@ -245,6 +294,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help all lib clean demo bench size test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
+.PHONY: help all lib clean demo paper realism bench size test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
 .SECONDARY:
 .DELETE_ON_ERROR:
