@@ -151,7 +151,6 @@ RockShape make_shape(const Scene& scene, std::size_t number, int levels) {
   std::vector<Vec3> normals(mesh.points.size(), Vec3(0.0, 0.0, 0.0));
   for (Vec3& p : mesh.points) {
     p = scale * Vec3(p.x() - outline.centroid.x(), p.y() - outline.centroid.y(), p.z() - ground);
-    if (p.z() >= 0.0) shape.reach = std::max(shape.reach, std::hypot(p.x(), p.y()));
     shape.top = std::max(shape.top, p.z());
     shape.points.push_back(p.cast<float>());
   }
@@ -266,6 +265,18 @@ double rocks_per_m2(double k, double from_m, double to_m) {
     sum += weight * std::exp(-q * d) / d;
   }
   return k * q * 4.0 / kPi * sum * h / 3.0;
+}
+
+RockShape make_ball(int levels) {
+  Mesh mesh = ball(levels);
+  RockShape shape;
+  for (const Vec3& p : mesh.points) {
+    shape.points.push_back((0.5 * p).cast<float>());
+    shape.normals.push_back(p.cast<float>());
+  }
+  shape.triangles = std::move(mesh.triangles);
+  shape.top = 0.5;
+  return shape;
 }
 
 std::vector<RockShape> make_shapes(const Scene& scene) {

@@ -28,8 +28,7 @@ struct RockShape {
   std::vector<Vec3f> points;
   std::vector<Vec3f> normals;  ///< of the points, outwards, unit length
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  double top = 0.0;    ///< highest point
-  double reach = 0.0;  ///< farthest point above ground from the z axis
+  double top = 0.0;  ///< highest point
 };
 
 struct Rock {
@@ -52,6 +51,9 @@ constexpr std::size_t kFineShapes = 24;
 constexpr std::size_t kPlainShapes = 24;
 constexpr std::size_t kPebbleShapes = 12;
 std::vector<RockShape> make_shapes(const Scene& scene);
+
+/// A ball of diameter 1 whose centre is at the ground, of 20 * 4^levels triangles.
+RockShape make_ball(int levels);
 
 /// All rocks and pebbles of the scene, the largest first; those that the rover would hit are left out where
 /// the scene says so.

@@ -31,8 +31,8 @@ struct Site {
   double ripple_wavelength_m = 0.4;
   double ripple_azimuth_deg = 60.0;  ///< across the crests, clockwise from north
 
-  double albedo = 0.25;            ///< mean of the soil
-  double texture_contrast = 0.08;  ///< grain: standard deviation over mean of the albedo
+  double albedo = 0.27;            ///< mean of the soil
+  double texture_contrast = 0.12;  ///< grain: standard deviation over mean of the albedo
   double patch_contrast = 0.15;    ///< soil and mineral patches: standard deviation over mean
   double patch_size_m = 2.0;       ///< of a typical patch
 };
@@ -47,7 +47,7 @@ struct Rocks {
   double pebbles = 1.5;            ///< number of pebbles over that of the law; 0: none
   double burial = 0.3;             ///< mean share of a rock's height below ground
   double albedo = 0.19;            ///< mean
-  double albedo_spread = 0.4;      ///< rock to rock: standard deviation over mean
+  double albedo_spread = 0.45;      ///< rock to rock: standard deviation over mean
   bool clear_path = true;          ///< leaves out rocks that the rover would hit:
   double clear_height_m = 0.15;    ///< taller than this,
   double clear_distance_m = 0.45;  ///< with the rim nearer than this to the path

@@ -14,7 +14,7 @@ constexpr double kLongest_m = 0.128;
 constexpr double kShortest_m = 0.004;
 constexpr int kOctaves = 6;
 /// Slope of each octave's lumps, standard deviation. A tile has kOctaves of them.
-constexpr double kOctaveSlope = 0.13;
+constexpr double kOctaveSlope = 0.20;
 constexpr float kAlbedoRange = 4.0F;  ///< standard deviations that fill a byte
 constexpr float kSlopeRange = 1.0F;
 /// How each tile lies: turned, and a little stretched.

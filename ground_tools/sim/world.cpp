@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "sim/parallel.hpp"
 #include "sim/texture.hpp"
@@ -82,6 +83,7 @@ RTCScene shape_scene(RTCDevice device, const RockShape& shape) {
     for (std::size_t k = 0; k < 3; ++k) triangles[3 * i + k] = shape.triangles[i][k];
   rtcCommitGeometry(geometry);
   RTCScene scene = rtcNewScene(device);
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
   rtcAttachGeometry(scene, geometry);
   rtcReleaseGeometry(geometry);
   rtcCommitScene(scene);
@@ -188,17 +190,23 @@ View right_view(const Rig& rig, const Pose3& T_map_rover) {
 }
 
 struct World::Body {
-  Body(const Scene& scene, const std::vector<PathPoint>& path)
+  using MakeRocks = std::function<std::vector<Rock>(const Terrain&, const std::vector<RockShape>&)>;
+  Body(const Scene& scene, std::vector<RockShape> with_shapes, const MakeRocks& make_rocks)
       : terrain(scene),
         texture(scene.seed),
-        shapes(make_shapes(scene)),
-        rocks(place_rocks(scene, terrain, shapes, path)),
+        shapes(std::move(with_shapes)),
+        rocks(make_rocks(terrain, shapes)),
         open(open_sky(terrain, rocks)),
         texture_contrast(static_cast<float>(scene.site.texture_contrast)),
         ground_albedo(static_cast<float>(scene.site.albedo)) {
+    for (const Rock& rock : rocks) {
+      if (rock.shape >= shapes.size())
+        throw ToolError("sim: a rock of shape {}, and there are {}", rock.shape, shapes.size());
+    }
     device = rtcNewDevice(nullptr);
     if (device == nullptr) throw ToolError("sim: the ray tracer (Embree) does not start on this machine");
     top = rtcNewScene(device);
+    rtcSetSceneFlags(top, RTC_SCENE_FLAG_ROBUST);  // no ray slips through between two triangles
     RTCGeometry ground = ground_geometry(device, terrain);
     rtcAttachGeometryByID(top, ground, kGroundId);
     rtcReleaseGeometry(ground);
@@ -376,7 +384,18 @@ void World::Body::trace(RTCRayHit8& packet, const int* valid, const Light& light
 }
 
 World::World(const Scene& scene)
-    : scene_(scene), path_(plan(scene)), body_(std::make_unique<Body>(scene_, path_)) {}
+    : scene_(scene),
+      path_(plan(scene)),
+      body_(std::make_unique<Body>(scene_, make_shapes(scene_),
+                                   [this](const Terrain& terrain, const std::vector<RockShape>& shapes) {
+                                     return place_rocks(scene_, terrain, shapes, path_);
+                                   })) {}
+World::World(const Scene& scene, std::vector<RockShape> shapes, std::vector<Rock> rocks)
+    : scene_(scene),
+      path_(plan(scene)),
+      body_(std::make_unique<Body>(
+          scene_, std::move(shapes),
+          [&rocks](const Terrain&, const std::vector<RockShape>&) { return rocks; })) {}
 World::~World() = default;
 
 const Terrain& World::terrain() const { return body_->terrain; }

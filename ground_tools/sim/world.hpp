@@ -44,6 +44,9 @@ struct OrthoPart {
 class World {
  public:
   explicit World(const Scene& scene);
+  /// The scene's ground with rocks of one's own, the largest first. Throws ToolError where a rock's shape is
+  /// not there.
+  World(const Scene& scene, std::vector<RockShape> shapes, std::vector<Rock> rocks);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
