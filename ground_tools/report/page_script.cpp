@@ -7,7 +7,7 @@ const char* const kPageScript = R"js('use strict';
 const data = JSON.parse(document.getElementById('data').textContent);
 const el = (id) => document.getElementById(id);
 const esc = (text) => String(text).replace(/[&<>"']/g, (c) => ({'&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;', "'": '&#39;'}[c]));
-const number = (v, digits) => (v === null || v === undefined || !isFinite(v) ? '\u2013' : v.toFixed(digits).replace('-', '\u2212'));
+const number = (v, digits) => (v === null || v === undefined || !isFinite(v) ? '\u2013' : v.toFixed(digits).replace(/^-(?=0\.?0*$)/, '').replace('-', '\u2212'));
 const jpeg = (index) => (index >= 0 ? 'data:image/jpeg;base64,' + data.pictures[index] : '');
 const file = (path) => String(path).split('/').filter((part) => part).pop() || '';
 const kLabelColours = ['#E69F00', '#56B4E9', '#009E73', '#F0E442', '#CC79A7', '#D55E00', '#0072B2'];
@@ -26,8 +26,8 @@ const kWords = {
   boulders: {boulders: 'boulders seen', no_boulders: 'nothing stands above the ground', no_regions: 'no regions', no_points: 'no 3D points', bad_input: 'bad input', running: 'not finished in time', idle: 'not looked for'},
   fixes: {...kVerdicts, applied: 'used: the pose was corrected'}};
 const word = (kind, status) => (kWords[kind] && kWords[kind][status]) || status;
-const mapWords = (s) => (!s.map ? 'no map' : s.map_pixel_m > 0 ? file(s.map) + ', ' + +(100 * s.map_pixel_m).toFixed(2) + ' cm a pixel' : file(s.map));
-const voWords = (s) => (s.degrade ? 'worsened on purpose: ' + s.degrade : 'as it is');
+const mapWords = (s) => (!s.map ? 'no map' : s.map_pixel_m > 0 ? file(s.map) + ', ' + +(100 * s.map_pixel_m).toFixed(2) + ' cm/px' : file(s.map));
+const voWords = (s) => (s.degrade ? 'worsened on purpose: ' + s.degrade.replace(/,/g, ', ') : 'as it is');
 const appliedOf = (r) => r.fixes.status.filter((s) => s === 'applied').length;
 
 function showLead() {
@@ -61,7 +61,7 @@ function showRuns() {
   data.runs.forEach((r, i) => {
     const s = r.summary, used = appliedOf(r);
     const name = data.runs.length > 1 ? '<button type="button" class="link" data-run="' + i + '">' + esc(r.name) + '</button>' : esc(r.name);
-    html += row([words(name), words(esc(mapWords(s))), words(esc(voWords(s) + (s.variant === 'paper' ? ', the paper\u2019s variant' : ''))), number(s.path_m, 1), ...part(s, 'vo'), ...part(s, 'corrected'),
+    html += row([words(name), words(esc(mapWords(s)), 'wrap'), words(esc(voWords(s) + (s.variant === 'paper' ? ', the paper\u2019s variant' : '')), 'wrap'), number(s.path_m, 1), ...part(s, 'vo'), ...part(s, 'corrected'),
       String(used), String(r.fixes.status.length - used), String(r.ground.id.length)]);
   });
   el('runs').innerHTML = html + '</tbody>';
@@ -288,7 +288,7 @@ const map = (() => {
     requestAnimationFrame(() => { waiting = false; draw(); });
   }
   function drawPath(path, colour, width, dash) {
-    for (const [stroke, wide, pattern] of [['rgba(255,255,255,0.8)', width + 2.4, []], [colour, width, dash]]) {
+    for (const [stroke, wide, pattern] of [['rgba(255,255,255,0.6)', width + 1.6, []], [colour, width, dash]]) {
       context.beginPath();
       for (let i = 0; i < path.length; i += 2) {
         if (i === 0) context.moveTo(px(path[0]), py(path[1])); else context.lineTo(px(path[i]), py(path[i + 1]));
@@ -383,7 +383,7 @@ const map = (() => {
       context.fillStyle = 'rgba(86,180,233,0.75)'; context.fill();
       context.strokeStyle = '#ffffff'; context.lineWidth = 1; context.stroke();
     });
-    if (on.truth) drawPath(run.paths.truth, kTruth, 4, []);
+    if (on.truth) drawPath(run.paths.truth, kTruth, 6, []);
     if (on.vo) drawPath(run.paths.vo, kVo, 2.2, [8, 4]);
     if (on.corrected) drawPath(run.paths.corrected, kCorrected, 2.2, []);
     drawFixes();
@@ -493,7 +493,7 @@ const map = (() => {
     const line = (colour, wide, dash) => '<path d="M2 9h26" stroke="#fff" stroke-width="' + (wide + 2) + '"/><path d="M2 9h26" stroke="' + colour + '" stroke-width="' + wide + '" stroke-dasharray="' + dash + '"/>';
     return plate + {ortho: '<rect width="30" height="18" fill="#8d7763"/><circle cx="10" cy="8" r="3" fill="#5d4d40"/><circle cx="21" cy="11" r="2" fill="#5d4d40"/>',
       orbital: '<circle cx="15" cy="9" r="5" fill="none" stroke="#0009" stroke-width="3.5"/><circle cx="15" cy="9" r="5" fill="none" stroke="' + kOrbital + '" stroke-width="2"/>',
-      ground: '<circle cx="15" cy="9" r="5" fill="' + kGround + '" stroke="#fff"/>', truth: line(kTruth, 4, ''), vo: line(kVo, 2.4, '7 3'), corrected: line(kCorrected, 2.4, ''),
+      ground: '<circle cx="15" cy="9" r="5" fill="' + kGround + '" stroke="#fff"/>', truth: line(kTruth, 5, ''), vo: line(kVo, 2.4, '7 3'), corrected: line(kCorrected, 2.4, ''),
       fixes: '<path d="M15 2l6 7-6 7-6-7z" fill="' + kFix + '" stroke="#fff"/>', ellipses: '<ellipse cx="15" cy="9" rx="9" ry="5" fill="#cc79a755" stroke="#8F3F6B" stroke-width="1.5"/>'}[name] + '</svg>';
   }
   function enlargement() {  // the longest correction or half axis at most a 15th of the view

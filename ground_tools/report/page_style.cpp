@@ -14,7 +14,7 @@ const char* const kPageStyle = R"css(
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
 html { -webkit-text-size-adjust: 100%; }
-body { margin: 0 auto; padding: 0 16px 32px; max-width: 1180px; background: var(--back); color: var(--ink);
+body { margin: 0 auto; padding: 0 16px 32px; max-width: 1220px; background: var(--back); color: var(--ink);
   font: 16px/1.5 system-ui, -apple-system, "Segoe UI", Helvetica, Arial, sans-serif; overflow-wrap: break-word; }
 h1 { font-size: 1.7rem; line-height: 1.2; margin: 24px 0 8px; }
 h2 { font-size: 1.3rem; line-height: 1.25; margin: 40px 0 8px; padding-top: 12px; border-top: 1px solid var(--line); }
@@ -32,7 +32,9 @@ th, td { padding: 5px 8px; text-align: right; white-space: nowrap; border-bottom
 tr:last-child td { border-bottom: 0; }
 th { background: var(--plate); font-weight: 600; vertical-align: bottom; }
 th.words, td.words { text-align: left; }
-td.wrap { white-space: normal; min-width: 12em; }
+td.wrap { white-space: normal; min-width: 8em; }
+#runs th, #runs td { padding: 5px 6px; }
+#fixes td.wrap { min-width: 12em; }
 th.group { text-align: center; }
 thead tr:first-child th:first-child, td:first-child { position: sticky; left: 0; z-index: 1; }
 td:first-child { background: var(--back); }

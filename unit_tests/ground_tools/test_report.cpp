@@ -4,9 +4,12 @@
 
 #include <sys/wait.h>
 
+#include <cmath>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "core/eigen.hpp"
 #include "ground_tools/scratch.hpp"
 #include "output_file.hpp"
 #include "report/run_folder.hpp"
@@ -237,18 +240,74 @@ void test_files_that_disagree(void**) {
   assert_refused(read_run_folder(folder), "memory_bytes");
 }
 
-/// The program: exit code 1, one line, and no page nor a part of one where something is wrong.
+/// `cairn ARGUMENTS`: its exit code.
 int cairn(const std::string& arguments) {
   const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "../../cairn";
-  const std::string command = "'" + program.string() + "' report " + arguments + " >'" +
+  const std::string command = "'" + program.string() + "' " + arguments + " >'" +
                               scratch.path("stdout").string() + "' 2>'" + scratch.path("stderr").string() +
                               "'";
   const int how = std::system(command.c_str());
   return WIFEXITED(how) ? WEXITSTATUS(how) : -1;
 }
 
+void test_a_run_of_the_sample(void**) {
+  const std::string sample = CAIRN_SOURCE_DIR "/unit_tests/integration/sample";
+  const fs::path out = scratch.path("sample");
+  assert_int_equal(cairn("map build " + sample + "/ortho_5mm.tif -o " + scratch.path("map.cmap").string()),
+                   0);
+  assert_int_equal(cairn("run --dataset " + sample + " --map " + scratch.path("map.cmap").string() +
+                         " --frames 0:30 --pictures 2 -o " + out.string()),
+                   0);
+  run = read_run_folder(out);
+  assert_int_equal(run.at("frames").at("frame").size(), 30);
+  for (std::size_t i = 0; i < 30; ++i) {
+    const auto of = [&](const char* name) { return run.at("frames").at(name).at(i).get<double>(); };
+    const double jobs = of("vo_ms") + of("boulder_ms") + of("fix_ms");
+    assert_true(of("vo_ms") > 0.0 && of("boulder_ms") > 0.0 && jobs <= of("ms") + 0.01 &&
+                jobs > 0.5 * of("ms"));
+  }
+  // sigma_xy is the root of the mean variance.
+  const TextTable fixes(out / "fixes.csv");
+  assert_int_equal(fixes.size(), 1);
+  assert_string_equal(fixes.words("status")[0].c_str(), "applied");
+  const double sx = fixes.numbers("sigma_x_m")[0];
+  const double sy = fixes.numbers("sigma_y_m")[0];
+  assert_true(std::fabs(std::sqrt(0.5 * (sx * sx + sy * sy)) - fixes.numbers("sigma_xy_m")[0]) < 2.0e-5);
+  assert_true(std::fabs(fixes.numbers("correlation_xy")[0]) <= 1.0);
+
+  assert_int_equal(run.at("strips").size(), 2);
+  const ordered_json& strip = run.at("strips").at(1);  // chosen: 7 and 22
+  assert_int_equal(strip.size(), 3);
+  for (int i = 0; i < 3; ++i) assert_true(strip.at(i).at("frame") == 14 + 4 * i);
+  const ordered_json& regions = strip.at(2).at("regions");
+  int pixels = 0;
+  for (std::size_t i = 1; i < regions.at("runs").size(); i += 2)
+    pixels += regions.at("runs").at(i).get<int>();
+  assert_int_equal(pixels, regions.at("width").get<int>() * regions.at("height").get<int>());
+  // A label is one boulder of a frame, owns the points that it counts, and stays at its place over time.
+  std::map<int, Vec2> before;
+  int followed = 0;
+  for (const ordered_json& p : strip) {
+    std::map<int, Vec2> now;
+    for (const ordered_json& b : p.at("boulders")) {
+      const int label = b.at(0);
+      assert_true(now.emplace(label, Vec2(b.at(1), b.at(2))).second);
+      int points = 0;
+      for (const ordered_json& q : p.at("points")) points += q.at(5) == label ? 1 : 0;
+      assert_true(points == b.at(4));
+      const auto then = before.find(label);
+      if (then == before.end()) continue;
+      ++followed;
+      assert_true((then->second - now.at(label)).norm() < 0.25);
+    }
+    before = now;
+  }
+  if (followed < 4) fail_msg("only %d labels go on", followed);
+}
+
+/// The program: exit code 1, one line, and no page nor a part of one where something is wrong.
 void check_refused(const std::string& arguments, const char* what) {
-  assert_int_equal(cairn(arguments), 1);
+  assert_int_equal(cairn("report " + arguments), 1);
   const std::string said = text_of(scratch.path("stderr"));
   if (said.rfind("cairn: ", 0) != 0 || said.find('\n') != said.size() - 1 ||
       said.find(what) == std::string::npos)
@@ -258,11 +317,11 @@ void check_refused(const std::string& arguments, const char* what) {
 void test_the_program(void**) {
   const std::string one = make_run("one").string();
   const std::string two = make_run("two").string();
-  assert_int_equal(cairn(one + " " + two), 0);
+  assert_int_equal(cairn("report " + one + " " + two), 0);
   page = text_of(scratch.path("one/report.html"));
   assert_int_equal(embedded(page).at("runs").size(), 2);
   assert_false(fs::exists(scratch.path("two/report.html")));
-  assert_int_equal(cairn(one + " -o " + scratch.path("other.html").string()), 0);
+  assert_int_equal(cairn("report " + one + " -o " + scratch.path("other.html").string()), 0);
   assert_true(fs::file_size(scratch.path("other.html")) > 10000);
 
   check_refused("", "runs");
@@ -288,6 +347,7 @@ int main() {
       cmocka_unit_test(test_folders_that_are_none),
       cmocka_unit_test(test_missing_and_cut_files),
       cmocka_unit_test(test_files_that_disagree),
+      cmocka_unit_test(test_a_run_of_the_sample),
       cmocka_unit_test(test_the_program),
   };
   return cmocka_run_group_tests_name("ground_tools/report", tests, nullptr, nullptr);
