@@ -260,12 +260,17 @@ void test_a_run_of_the_sample(void**) {
                    0);
   run = read_run_folder(out);
   assert_int_equal(run.at("frames").at("frame").size(), 30);
+  double boulder_ms = 0.0;
+  double ms = 0.0;
   for (std::size_t i = 0; i < 30; ++i) {
     const auto of = [&](const char* name) { return run.at("frames").at(name).at(i).get<double>(); };
     const double jobs = of("vo_ms") + of("boulder_ms") + of("fix_ms");
     assert_true(of("vo_ms") > 0.0 && of("boulder_ms") > 0.0 && jobs <= of("ms") + 0.01 &&
                 jobs > 0.5 * of("ms"));
+    boulder_ms += of("boulder_ms");
+    ms += of("ms");
   }
+  assert_true(boulder_ms > 0.25 * ms);  // half of it on every machine seen; less tells of time booked to VO
   // sigma_xy is the root of the mean variance.
   const TextTable fixes(out / "fixes.csv");
   assert_int_equal(fixes.size(), 1);
