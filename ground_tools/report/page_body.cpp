@@ -60,7 +60,8 @@ boulder.</p>
 <div id="labels" class="row"></div>
 <h3>3. From points to boulders</h3>
 <p>The raised 3D points seen from above, on the orbital image, north up. Left: coloured by the region that each was seen in; grey ones lie
-in no region. Right: after grouping by distance, one colour a boulder; grey ones are too few to count, or over. White circles are the boulders as they go
+in no region. Right: after grouping by distance, one colour a boulder; grey groups are
+too small to count, or hold no region. White circles are the boulders as they go
 to the local map; yellow rings are boulders of the orbital map, and the triangle is the camera. On a good fix circles and rings coincide.</p>
 <div id="clusters" class="row"></div>
 </div>
