@@ -89,7 +89,7 @@ help: ## list every goal
 	@awk 'BEGIN {FS = ":.*## "} /^##@/ {printf "\n%s\n", substr($$0, 5)} /^[a-z][a-z_-]*:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 	@printf '\nSettings\n  TARGET=%s   MISSION=%s\n  SAN=1 (sanitizers)\n' '$(notdir $(patsubst %/,%,$(sort $(dir $(wildcard platform/*/toolchain.mk)))))' '$(MISSIONS)'
 
-demo: ## prepare a map of the sample's ground, replay its drive, print the errors and draw them
+demo: ## prepare a map of the sample's ground, replay its drive, print the errors and make a report
 	@$(MAKE) --no-print-directory deps-build
 	@printf 'Building the flight module and the ground tool\n'
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
@@ -101,7 +101,9 @@ demo: ## prepare a map of the sample's ground, replay its drive, print the error
 	@printf '\nThe same with VO made worse on purpose (2 %% and 0.1 degrees a metre)\n'
 	@$(CAIRN) run --dataset $(SAMPLE) --map $(DEMO)/site.cmap --ortho $(SAMPLE)/ortho_5mm.tif -o $(DEMO)/degraded \
 	  --degrade scale=1.02,yaw=0.1deg/m
-	@printf '\nLook at %s and %s\n' '$(DEMO)/as_it_is/plot.svg' '$(DEMO)/degraded/plot.svg'
+	@printf '\nThe report of both\n'
+	@$(CAIRN) report $(DEMO)/as_it_is $(DEMO)/degraded
+	@printf '\nOpen %s in a browser\n' '$(DEMO)/as_it_is/report.html'
 
 paper: ## the paper's evaluation at its scale: 100 m, 7 map resolutions (SEEDS='1 2 ...'); goes on where it was stopped
 	@$(MAKE) --no-print-directory deps-build
@@ -205,8 +207,8 @@ $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
 $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
-# This one runs the program.
-$(B)/tests/ground_tools/test_cmd_run: $(CAIRN)
+# These run the program.
+$(B)/tests/ground_tools/test_cmd_run $(B)/tests/ground_tools/test_report: $(CAIRN)
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@

@@ -1,0 +1,86 @@
+#include "report/page.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+namespace cairn::ground {
+namespace {
+
+using nlohmann::ordered_json;
+
+/// Pictures are kept once: runs over the same frames show the same ones.
+class PictureStore {
+ public:
+  /// Replaces the base64 text by its number in the store; an empty one by -1.
+  void take(ordered_json& jpeg) {
+    const auto text = jpeg.get<std::string>();
+    if (text.empty()) {
+      jpeg = -1;
+      return;
+    }
+    const auto [at, fresh] = numbers_.emplace(text, numbers_.size());
+    if (fresh) pictures_.push_back(text);
+    jpeg = at->second;
+  }
+  const ordered_json& pictures() const { return pictures_; }
+
+ private:
+  std::map<std::string, std::size_t> numbers_;
+  ordered_json pictures_ = ordered_json::array();
+};
+
+void make_names_differ(std::vector<ordered_json>& runs) {
+  std::set<std::string> taken;
+  for (ordered_json& run : runs) {
+    const auto name = run.at("name").get<std::string>();
+    std::string tried = name;
+    for (int i = 2; !taken.insert(tried).second; ++i) tried = fmt::format("{} ({})", name, i);
+    run["name"] = tried;
+  }
+}
+
+/// JSON text that may stand inside a script element: nothing in it can end the element.
+std::string script_safe(const ordered_json& json) {
+  std::string out;
+  for (const char c : json.dump(-1, ' ', false, ordered_json::error_handler_t::replace)) {
+    if (c == '<') {
+      out += "\\u003c";
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string report_page(std::vector<ordered_json> runs) {
+  make_names_differ(runs);
+  PictureStore store;
+  for (ordered_json& run : runs) {
+    if (!run.at("ortho").is_null()) store.take(run["ortho"].at("jpeg"));
+    for (ordered_json& strip : run["strips"]) {
+      for (ordered_json& picture : strip) store.take(picture.at("jpeg"));
+    }
+  }
+  const ordered_json data = {{"runs", runs}, {"pictures", store.pictures()}};
+  std::string page;
+  page +=
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
+      "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>Cairn report</title>\n<style>\n";
+  page += kPageStyle;
+  page += "</style>\n</head>\n<body>\n";
+  page += kPageBody;
+  page += "<script type=\"application/json\" id=\"data\">";
+  page += script_safe(data);
+  page += "</script>\n<script>\n";
+  page += kPageScript;
+  page += "</script>\n</body>\n</html>\n";
+  return page;
+}
+
+}  // namespace cairn::ground
