@@ -60,6 +60,7 @@ TESTS        := $(patsubst unit_tests/%.cpp,$(B)/tests/%,$(TEST_SRC))
 SAMPLE       := unit_tests/integration/sample
 DATASET      ?= $(SAMPLE)
 DEMO         := build/demo
+DEMO_SCENE   := mission_cfg/scenes/demo.toml
 
 TOOL_LIBS    := -lgdal -lembree3
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
@@ -89,21 +90,23 @@ help: ## list every goal
 	@awk 'BEGIN {FS = ":.*## "} /^##@/ {printf "\n%s\n", substr($$0, 5)} /^[a-z][a-z_-]*:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 	@printf '\nSettings\n  TARGET=%s   MISSION=%s\n  SAN=1 (sanitizers)\n' '$(notdir $(patsubst %/,%,$(sort $(dir $(wildcard platform/*/toolchain.mk)))))' '$(MISSIONS)'
 
-demo: ## prepare a map of the sample's ground, replay its drive, print the errors and make a report
+demo: ## render a fresh stretch of terrain, map it, drive over it, and tell how it went
 	@$(MAKE) --no-print-directory deps-build
 	@printf 'Building the flight module and the ground tool\n'
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
 	@mkdir -p $(DEMO)
-	@printf '\nPreparing the orbital map from %s\n' '$(SAMPLE)/ortho_5mm.tif'
-	@$(CAIRN) map build $(SAMPLE)/ortho_5mm.tif -o $(DEMO)/site.cmap --csv $(DEMO)/orbital.csv
-	@printf '\nReplaying %s, VO as it is\n' '$(SAMPLE)'
-	@$(CAIRN) run --dataset $(SAMPLE) --map $(DEMO)/site.cmap --ortho $(SAMPLE)/ortho_5mm.tif -o $(DEMO)/as_it_is
+	@printf '\nRendering the site and the drive of %s\n' '$(DEMO_SCENE)'
+	@$(CAIRN) sim $(DEMO_SCENE) -o $(DEMO)/data --ortho 0.005
+	@printf '\nPreparing the orbital map from %s\n' '$(DEMO)/data/ortho_5mm.tif'
+	@$(CAIRN) map build $(DEMO)/data/ortho_5mm.tif -o $(DEMO)/site.cmap --csv $(DEMO)/orbital.csv
+	@printf '\nDriving, VO as it is\n'
+	@$(CAIRN) run --dataset $(DEMO)/data --map $(DEMO)/site.cmap --ortho $(DEMO)/data/ortho_5mm.tif -o $(DEMO)/as_it_is
 	@printf '\nThe same with VO made worse on purpose (2 %% and 0.1 degrees a metre)\n'
-	@$(CAIRN) run --dataset $(SAMPLE) --map $(DEMO)/site.cmap --ortho $(SAMPLE)/ortho_5mm.tif -o $(DEMO)/degraded \
+	@$(CAIRN) run --dataset $(DEMO)/data --map $(DEMO)/site.cmap --ortho $(DEMO)/data/ortho_5mm.tif -o $(DEMO)/degraded \
 	  --degrade scale=1.02,yaw=0.1deg/m
-	@printf '\nThe report of both\n'
-	@$(CAIRN) report $(DEMO)/as_it_is $(DEMO)/degraded
-	@printf '\nOpen %s in a browser\n' '$(DEMO)/as_it_is/report.html'
+	@printf '\n'
+	@$(CAIRN) report $(DEMO)/as_it_is $(DEMO)/degraded -o $(DEMO)/report.html
+	@printf 'Open it with a browser; it needs no network.\n'
 
 paper: ## the paper's evaluation at its scale: 100 m, 7 map resolutions (SEEDS='1 2 ...'); goes on where it was stopped
 	@$(MAKE) --no-print-directory deps-build

@@ -32,27 +32,28 @@ struct SimOptions {
 
 void simulate(const SimOptions& options) {
   const sim::Scene scene = sim::load_scene(options.scene, options.sets);
-  make_folder(options.output);
   sim::check_same_scene(scene, options.output);
-  fmt::print("making the site\n");
-  std::fflush(stdout);
-  const sim::World world(scene);
   const FrameRange range = options.frames.empty() ? FrameRange{} : parse_frames(options.frames);
-  const std::size_t end = std::min(range.end, world.path().size());
+  const std::size_t frames = sim::plan(scene).size();
+  const std::size_t end = std::min(range.end, frames);
   if (range.first >= end) {
-    throw ToolError("--frames: the traverse has {} frames; name a part of 0:{}", world.path().size(),
-                    world.path().size());
+    throw ToolError("--frames: the traverse has {} frames; name a part of 0:{}", frames, frames);
   }
-  sim::write_truth(world, options.output);
-  sim::write_dem(world, options.output / "dem_5cm.tif");
-  fmt::print("{:g} x {:g} m, {} rocks and pebbles, {} frames over {:.1f} m\n", scene.site.width_m,
-             scene.site.height_m, world.rocks().size(), world.path().size(), world.path().back().arc_m);
   std::vector<sim::OrthoProduct> products;
   std::error_code ignored;
   for (const double pixel_m : options.ortho_m) {
     const fs::path path = options.output / sim::ortho_name(pixel_m);
     if (!fs::exists(path, ignored)) products.push_back({path, pixel_m});
   }
+  check(scene.site, products);  // all is told before the work
+  make_folder(options.output);
+  fmt::print("making the site\n");
+  std::fflush(stdout);
+  const sim::World world(scene);
+  sim::write_truth(world, options.output);
+  sim::write_dem(world, options.output / "dem_5cm.tif");
+  fmt::print("{:g} x {:g} m, {} rocks and pebbles, {} frames over {:.1f} m\n", scene.site.width_m,
+             scene.site.height_m, world.rocks().size(), frames, world.path().back().arc_m);
   if (!products.empty()) {
     ProgressLine progress("sim orthoimage");
     sim::write_orthoimages(world, products, [&](double share) { progress.show(share); });

@@ -213,18 +213,22 @@ class Product {
 
 std::string ortho_name(double pixel_m) { return fmt::format("ortho_{:.3g}mm.tif", 1e3 * pixel_m); }
 
+void check(const Site& site, const std::vector<OrthoProduct>& products) {
+  const double most_m = std::min(site.width_m, site.height_m);
+  for (const OrthoProduct& p : products) {
+    if (!(p.pixel_m >= 0.001 && p.pixel_m <= 10.0) || p.pixel_m > most_m)
+      throw ToolError("{}: a pixel of {} m; give 0.001 to 10, and not more than the site's {} m",
+                      p.path.string(), p.pixel_m, most_m);
+  }
+}
+
 void write_orthoimages(const World& world, const std::vector<OrthoProduct>& products,
                        const std::function<void(double)>& done) {
   const Site& site = world.scene().site;
-  double smallest = 1e300;
-  for (const OrthoProduct& p : products) {
-    if (!(p.pixel_m >= 0.001 && p.pixel_m <= 10.0) || p.pixel_m > std::min(site.width_m, site.height_m)) {
-      throw ToolError("{}: a pixel of {} m; give 0.001 to 10, and not more than the site's {} m",
-                      p.path.string(), p.pixel_m, std::min(site.width_m, site.height_m));
-    }
-    smallest = std::min(smallest, p.pixel_m);
-  }
+  check(site, products);
   if (products.empty()) return;
+  double smallest = products[0].pixel_m;
+  for (const OrthoProduct& p : products) smallest = std::min(smallest, p.pixel_m);
   const double finest_m = smallest / std::ceil(smallest / kFinest_m - 1e-9);
   QuietGdal gdal;
   std::vector<std::unique_ptr<Product>> writers;

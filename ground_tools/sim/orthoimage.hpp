@@ -23,9 +23,12 @@ struct OrthoProduct {
 /// ortho_5mm.tif and the like.
 std::string ortho_name(double pixel_m);
 
+/// Throws ToolError where a pixel is not in 1 mm .. 10 m or is larger than the site.
+void check(const Site& site, const std::vector<OrthoProduct>& products);
+
 /// Writes the products, whole or not at all. Upper left corner at the site's; pixels that would reach over
-/// its east and south edges are left out. Throws ToolError: a pixel that is not in 1 mm .. 10 m or larger
-/// than the site, a file that cannot be written. `done` hears 0 to 1.
+/// its east and south edges are left out. Throws ToolError as `check` does, and where a file cannot be
+/// written. `done` hears 0 to 1.
 void write_orthoimages(const World& world, const std::vector<OrthoProduct>& products,
                        const std::function<void(double)>& done);
 

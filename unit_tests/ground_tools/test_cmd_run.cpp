@@ -109,7 +109,11 @@ void test_an_image_that_cannot_be_read_is_a_warning(void**) {
 
 void test_data_sets(void**) {
   check_refused(set("nowhere") + out() + kStart + " --no-map", "nowhere", "folder");
-  check_refused(out() + kStart + " --no-map", "--dataset", "--help");
+  check_refused(out() + kStart + " --no-map", "--dataset", "--scene");
+  check_refused(set() + " --scene nowhere.toml" + out() + " --no-map", "--dataset", "leave one out");
+  check_refused(" --scene " + scratch.path("nowhere.toml").string() + out() + " --no-map", "nowhere.toml",
+                "file");
+  check_refused(" --set rig.height_m=1" + out() + " --no-map", "custom", "MISSION");
   check_refused(set() + kStart + " --no-map", "--output", "--help");
   check_refused(set("large") + out() + kStart + " --no-map", "large", "MISSION");
   check_refused(set() + out() + map_at("good.cmap"), "no truth to start from", "--start");
