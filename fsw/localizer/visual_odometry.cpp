@@ -110,7 +110,12 @@ bool VisualOdometry::run_phase(WorkBudget& budget) {
       return true;
     case Phase::kRansac:
       if (ransac_.step(budget) == Progress::kMore) return false;
-      begin_alignment();
+      begin_consensus();
+      return true;
+    case Phase::kConsensus:
+      if (refine_.step(budget) == Progress::kMore) return false;
+      begin_alignment(refine_.status() == MotionStatus::kEstimated ? refine_.result().T_cur_ref
+                                                                   : ransac_.result().T_cur_ref);
       return true;
     case Phase::kAlign:
       for (; cursor_ < reference().points.size(); ++cursor_) {
@@ -316,7 +321,10 @@ void VisualOdometry::begin_ransac() {
   phase_ = Phase::kRansac;
 }
 
-void VisualOdometry::begin_alignment() {
+/// Absolute orientation weighs a point at 100 m, whose depth is uncertain by metres, like one at 5 m: its
+/// motion may be off by more than patches can be aligned over. The same inliers on reprojection error come to
+/// within a pixel.
+void VisualOdometry::begin_consensus() {
   if (ransac_.status() != MotionStatus::kEstimated) {
     if (!wide_) {
       begin_match(true);
@@ -329,7 +337,20 @@ void VisualOdometry::begin_alignment() {
     accept(ransac_.result());
     return;
   }
-  T_cur_ref_ = ransac_.result().T_cur_ref;
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (ransac_.is_inlier(i)) pairs_[n++] = pairs_[i];  // packed in place
+  }
+  pairs_.resize(n);
+  if (refine_.start(params_.motion, rig_, pairs_, ransac_.result().T_cur_ref) != MotionStatus::kRunning) {
+    begin_alignment(ransac_.result().T_cur_ref);
+    return;
+  }
+  phase_ = Phase::kConsensus;
+}
+
+void VisualOdometry::begin_alignment(const Pose3& T_cur_ref) {
+  T_cur_ref_ = T_cur_ref;
   alignments_ = 0;
   start_alignment();
 }

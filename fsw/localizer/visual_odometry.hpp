@@ -1,9 +1,9 @@
 /// Stereo visual odometry, frame by frame (METHOD section A): where the modules `features` and `vo` meet.
 ///
 /// One frame: features left and right; matches left to right; sub-pixel disparities under the ground's slope;
-/// matches from the reference frame within windows predicted from the last motion; RANSAC; sub-pixel
-/// alignment of the reference patches in both current images, warped by slope and motion; refinement on
-/// reprojection error.
+/// matches from the reference frame within windows predicted from the last motion; RANSAC, and its inliers
+/// refined on reprojection error; sub-pixel alignment of the reference patches in both current images, warped
+/// by slope and by that motion; refinement on reprojection error.
 ///
 /// The reference is an earlier frame, kept while enough of its points are still seen (at most
 /// `max_reference_age` frames): errors then add up once a reference, not once a frame. `max_reference_age =
@@ -102,6 +102,7 @@ class VisualOdometry {
     kStereoRefine,
     kMatch,
     kRansac,
+    kConsensus,
     kAlign,
     kRefine
   };
@@ -121,7 +122,8 @@ class VisualOdometry {
   void refine_point(std::size_t i);
   void begin_match(bool wide);
   void begin_ransac();
-  void begin_alignment();
+  void begin_consensus();
+  void begin_alignment(const Pose3& T_cur_ref);
   void start_alignment();
   /// True where the refined motion moved the predictions so far that patches left out may now be found.
   bool align_again();

@@ -275,24 +275,31 @@ bool RefineMotionJob::iterate() {
 MotionStatus RefineMotionJob::finish() {
   result_.T_cur_ref = T_cur_ref_;
   const double s2 = sigma_px_ * sigma_px_;
+  const double c2 = params_.cauchy * params_.cauchy;
   double sum = 0.0;
-  double chi2 = 0.0;
+  double weights = 0.0;
+  double pulls2 = 0.0;  // squares of the weighted residuals, of one coordinate
+  double slopes = 0.0;  // what a weighted residual changes by with its residual, of one coordinate
   for (std::size_t i = 0; i < pairs_->size(); ++i) {
     const MotionPair& pair = (*pairs_)[i];
     inlier_[i] = false;
     if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
     const Linearised l = linearise(rig_, pair, T_cur_ref_);
     const double m2 = l.r.dot(information_of(l.j_ref) * l.r) / s2;
+    const double w = 1.0 / (1.0 + m2 / c2);
+    weights += w;
+    pulls2 += w * w * m2 / 3.0;
+    slopes += w - 2.0 * w * w * m2 / (3.0 * c2);
     if (m2 > 9.0 * 3.0) continue;
     inlier_[i] = true;
     ++result_.inliers;
     sum += l.r.squaredNorm();
-    chi2 += m2;
   }
   if (result_.inliers < params_.min_inliers) return MotionStatus::kNoConsensus;
   result_.rms_px = std::sqrt(sum / (3.0 * result_.inliers));
-  // Scaled by what the residuals really were: sigma_px is a guess.
-  const double scale = chi2 / (3.0 * result_.inliers);
+  // Covariance of an M-estimator (Huber 1981, 6.3) from what the residuals really were: sigma_px is a guess,
+  // and weights that spare outliers also spare some of the good. information_ holds the weights once.
+  const double scale = pulls2 * weights / (slopes * slopes);
   const Eigen::LDLT<Mat6> ldlt(information_);
   for (int k = 0; k < 6; ++k) {
     Vec6 unit = Vec6::Zero();

@@ -10,12 +10,12 @@ using namespace cairn::test;
 namespace {
 
 constexpr std::size_t kFirstFrames = 5;
-constexpr std::uint32_t kGoldenFirst = 0x82DB24A2U;
+constexpr std::uint32_t kGoldenFirst = 0x0D2B752FU;
 
 constexpr std::size_t kFrames = 35;  // with the fix of frame 30
-constexpr std::uint32_t kGoldenFrames = 0x457690E8U;
-constexpr std::uint32_t kGoldenFixes = 0x6F10A0C3U;
-constexpr std::uint32_t kGoldenBoulders = 0xE289955BU;
+constexpr std::uint32_t kGoldenFrames = 0x7867270DU;
+constexpr std::uint32_t kGoldenFixes = 0xABB087DFU;
+constexpr std::uint32_t kGoldenBoulders = 0x320F94FAU;
 
 ReplayBytes bytes;
 

@@ -92,10 +92,12 @@ struct VoDrive {
   double moved_m = 0.0;  ///< from first to last, as VO has it
 };
 
-VoDrive vo_drive() {
+VoDrive vo_drive(std::uint64_t seed = 1) {
   VoDrive out;
+  LocalizerParams params;
+  params.vo.motion.seed = seed;
   const StereoRig rig = rig_of(data);
-  assert_status(localizer.init({}, rig), LocalizerStatus::kReady);
+  assert_status(localizer.init(params, rig), LocalizerStatus::kReady);
   assert_status(localizer.set_start(*data.truth_cam(0) * rig.T_rover_cam.inverse(), 0.02, 0.004),
                 LocalizerStatus::kReady);
   WorkBudget all = WorkBudget::unlimited();
@@ -122,6 +124,8 @@ void test_kitti(void**) {
   const VoDrive d = vo_drive();
   assert_at_least(d.path_m, 50.0);
   assert_at_most(d.end_m, 0.010 * d.path_m);
+  // Which triples RANSAC draws must not matter: where it does, some frame was left with a poor start.
+  assert_at_most(std::fabs(vo_drive(4).end_m - d.end_m), 0.001 * d.path_m);
 }
 
 void test_euroc_standing_still(void**) {
