@@ -103,12 +103,20 @@ RTCGeometry ground_geometry(RTCDevice device, const Terrain& terrain) {
       p[2] = terrain.at(i, j);
     }
   });
-  auto* grid = static_cast<RTCGrid*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), 1));
-  grid->startVertexID = 0;
-  grid->stride = static_cast<unsigned>(terrain.columns());
-  grid->width = static_cast<std::uint16_t>(terrain.columns());
-  grid->height = static_cast<std::uint16_t>(terrain.rows());
+  // Embree's grids have at most 32767 points a side: larger sites are several, which share their edges.
+  constexpr std::size_t kSide = 1024;
+  const std::size_t across = (terrain.columns() - 2) / kSide + 1;
+  const std::size_t down = (terrain.rows() - 2) / kSide + 1;
+  auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID,
+                                                              sizeof(RTCGrid), across * down));
+  for (std::size_t k = 0; k < across * down; ++k) {
+    const std::size_t i = k % across * kSide;
+    const std::size_t j = k / across * kSide;
+    grids[k].startVertexID = static_cast<unsigned>(j * terrain.columns() + i);
+    grids[k].stride = static_cast<unsigned>(terrain.columns());
+    grids[k].width = static_cast<std::uint16_t>(std::min(kSide + 1, terrain.columns() - i));
+    grids[k].height = static_cast<std::uint16_t>(std::min(kSide + 1, terrain.rows() - j));
+  }
   rtcCommitGeometry(geometry);
   return geometry;
 }

@@ -115,7 +115,7 @@ void test_refusals(void**) {
   check_refused(kSmall + " --ortho 0" + out("no"), "ortho", "0.001");
   check_refused(kSmall + " --ortho 9" + out("no"), "ortho", "site");
   scratch.file("file", "no folder");
-  check_refused(kSmall + out("file/within"), "file", "");
+  check_refused(kSmall + " -o " + scratch.path("file").string() + "/within", "within", "");
   assert_false(fs::exists(scratch.path("no")));
 }
 
