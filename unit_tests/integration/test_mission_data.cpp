@@ -35,7 +35,7 @@ struct Bounds {
   double largest_m;
 };
 
-Drive whole_drive(const StepTrim& trim) {
+test::Drive whole_drive(const StepTrim& trim) {
   localizer.set_map(map.map);
   assert_status(localizer.set_trim(trim), LocalizerStatus::kReady);
   return drive(localizer, {}, data, data.frames().size());
@@ -43,14 +43,14 @@ Drive whole_drive(const StepTrim& trim) {
 
 /// Plain, then with VO made worse by 2 % and 2.5 degrees.
 void rendered(const Bounds& plain, const Bounds& worse) {
-  const Drive a = whole_drive({});
+  const test::Drive a = whole_drive({});
   assert_int_equal(a.rounds, 13);
   assert_at_most(a.vo_end_m, 0.004 * a.path_m);
   assert_at_most(a.vo_end_deg, 0.6);
   assert_at_least(a.local.share(), 0.8);
   assert_at_most(a.end_xy_m, plain.end_m);
   assert_at_most(a.largest_xy_m, plain.largest_m);
-  const Drive b = whole_drive({1.02, 0.1 * kRadPerDeg});
+  const test::Drive b = whole_drive({1.02, 0.1 * kRadPerDeg});
   assert_at_least(b.vo_end_xy_m, 0.4);
   assert_at_most(b.end_xy_m, worse.end_m);
   assert_at_most(b.largest_xy_m, worse.largest_m);
