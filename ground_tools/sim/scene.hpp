@@ -47,7 +47,7 @@ struct Rocks {
   double pebbles = 1.5;            ///< number of pebbles over that of the law; 0: none
   double burial = 0.3;             ///< mean share of a rock's height below ground
   double albedo = 0.19;            ///< mean
-  double albedo_spread = 0.45;      ///< rock to rock: standard deviation over mean
+  double albedo_spread = 0.45;     ///< rock to rock: standard deviation over mean
   bool clear_path = true;          ///< leaves out rocks that the rover would hit:
   double clear_height_m = 0.15;    ///< taller than this,
   double clear_distance_m = 0.45;  ///< with the rim nearer than this to the path

@@ -107,8 +107,8 @@ RTCGeometry ground_geometry(RTCDevice device, const Terrain& terrain) {
   constexpr std::size_t kSide = 1024;
   const std::size_t across = (terrain.columns() - 2) / kSide + 1;
   const std::size_t down = (terrain.rows() - 2) / kSide + 1;
-  auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID,
-                                                              sizeof(RTCGrid), across * down));
+  auto* grids = static_cast<RTCGrid*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_GRID, 0, RTC_FORMAT_GRID, sizeof(RTCGrid), across * down));
   for (std::size_t k = 0; k < across * down; ++k) {
     const std::size_t i = k % across * kSide;
     const std::size_t j = k / across * kSide;
