@@ -78,7 +78,7 @@ void add_campaign_command(CLI::App& app) {
   command
       ->add_option("--first-seed", options->first_seed,
                    fmt::format("seed of the first drive, the others follow (default {})", kFirstSeed))
-      ->check(CLI::Range(0.0, 1.0e15));
+      ->check(CLI::Range(0, 1000000000));
   command->add_flag("--keep", options->keep, "keeps the orthoimages, up to 25 MB a drive");
   command->callback([options] { campaign(*options); });
 }

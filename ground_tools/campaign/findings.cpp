@@ -64,8 +64,8 @@ std::string told(const Median& m, int decimals) {
 std::string told(const Share& s) {
   if (s.of == 0) return "-";
   const Interval i = s.interval();
-  return fmt::format("{:.1f} % [{:.1f}, {:.1f}] ({} of {})", 100.0 * s.value(), 100.0 * i.low, 100.0 * i.high,
-                     s.hits, s.of);
+  return fmt::format("{:.1f} [{:.1f}, {:.1f}] ({})", 100.0 * s.value(), 100.0 * i.low, 100.0 * i.high,
+                     s.hits);
 }
 
 ordered_json json_of(const Median& m) {
@@ -141,17 +141,21 @@ void print_findings(const std::vector<Trial>& trials) {
     fmt::print("  {:<28}  {:<34}  {}\n", f.words, told(all.as_it_is.*f.median, f.decimals),
                told(all.worse.*f.median, f.decimals));
   }
+  fmt::print("  {:<28}  {:<34}  {}\n", "fixes tried", all.as_it_is.fixes[0].of, all.worse.fixes[0].of);
   for (std::size_t v = 0; v < kFixVerdicts; ++v) {
-    fmt::print("  {:<28}  {:<34}  {}\n", fmt::format("fixes {}", name_of(static_cast<FixVerdict>(v))),
+    fmt::print("  {:<28}  {:<34}  {}\n", fmt::format("fixes {} (%)", name_of(static_cast<FixVerdict>(v))),
                told(all.as_it_is.fixes[v]), told(all.worse.fixes[v]));
   }
-  fmt::print("\nBy map resolution\n  {:<7} {:>6} {:>8}  {:<13} {:<22} {:<32} {:<32} {:<32} {}\n", "map",
-             "drives", "boulders", "VO", "end in x, y (m)", "right", "weak", "declined", "false");
+  fmt::print("\nBy map resolution\n  {:<6} {:>6} {:>8}  {:<10} {:<22} {:>5}", "map", "drives", "boulders",
+             "VO", "end in x, y (m)", "fixes");
+  for (int v = 0; v < kFixVerdicts; ++v)
+    fmt::print("  {:<23}", fmt::format("{} (%)", name_of(static_cast<FixVerdict>(v))));
+  fmt::print("\n");
   for (const Findings& f : findings_by_map(trials)) {
     for (const auto& [name, run] : {std::pair("as it is", &f.as_it_is), std::pair("made worse", &f.worse)}) {
-      fmt::print("  {:<7} {:>6} {:>8.0f}  {:<13} {:<22}", fmt::format("{:g} mm", 1.0e3 * f.map_pixel_m),
-                 f.trials, f.map_boulders.value, name, told(run->end_xy_m, 3));
-      for (const Share& s : run->fixes) fmt::print(" {:<32}", told(s));
+      fmt::print("  {:<6} {:>6} {:>8.0f}  {:<10} {:<22} {:>5}", fmt::format("{:g} mm", 1.0e3 * f.map_pixel_m),
+                 f.trials, f.map_boulders.value, name, told(run->end_xy_m, 3), run->fixes[0].of);
+      for (const Share& s : run->fixes) fmt::print("  {:<23}", told(s));
       fmt::print("\n");
     }
   }

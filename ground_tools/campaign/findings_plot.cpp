@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "campaign/findings.hpp"
 #include "plot/svg.hpp"
@@ -30,10 +31,19 @@ std::vector<double> sorted(const std::vector<Trial>& trials, RunFigures Trial::*
   return values;
 }
 
-/// Errors on a logarithmic axis; both panels share it. Whole powers of ten, from the smallest error to the
-/// largest, but nothing below a millimetre.
+/// Errors on a logarithmic axis; both panels share it. Nothing below a millimetre is told apart.
 constexpr double kLeast_m = 1.0e-3;
 double log_of(double error_m) { return std::log10(std::max(error_m, kLeast_m)); }
+
+/// The largest of 1, 2, 5 times a power of ten that is at most this; all as logarithms.
+double labelled_below(double at) {
+  const double decade = std::floor(at + 1.0e-9);
+  for (const double factor : {5.0, 2.0}) {
+    if (at - decade >= std::log10(factor) - 1.0e-9) return decade + std::log10(factor);
+  }
+  return decade;
+}
+double labelled_above(double at) { return -labelled_below(-at); }
 
 Box box_of(const std::vector<Trial>& trials) {
   double low = 1.0e9;
@@ -45,14 +55,15 @@ Box box_of(const std::vector<Trial>& trials) {
       high = std::max(high, log_of(values.back()));
     }
   }
-  return {Vec2(std::floor(low), 0.0), Vec2(std::max(std::ceil(high), std::floor(low) + 1.0), 100.0)};
+  low = labelled_below(low);
+  return {Vec2(low, 0.0), Vec2(std::max(labelled_above(high), low + 1.0), 100.0)};
 }
 
 void draw_frame(Svg& svg, const Panel& panel, const char* title, bool names_y) {
-  for (double decade = panel.box.low_m.x(); decade <= panel.box.high_m.x() + 0.5; decade += 1.0) {
+  for (double decade = std::floor(panel.box.low_m.x()); decade <= panel.box.high_m.x() + 0.5; decade += 1.0) {
     for (const int factor : {1, 2, 3, 4, 5, 6, 7, 8, 9}) {
       const double at = decade + std::log10(factor);
-      if (at > panel.box.high_m.x() + 1.0e-9) break;
+      if (at < panel.box.low_m.x() - 1.0e-9 || at > panel.box.high_m.x() + 1.0e-9) continue;
       const bool labelled = factor == 1 || factor == 2 || factor == 5;
       const double x = panel.px(at);
       svg.line(x, panel.top, x, panel.bottom(), R"(class="grid")");
@@ -84,14 +95,13 @@ void draw_frame(Svg& svg, const Panel& panel, const char* title, bool names_y) {
 /// Steps up by one drive at each error.
 void draw_curve(Svg& svg, const Panel& panel, const std::vector<double>& errors_m, const char* colour,
                 const char* dashes) {
-  std::vector<Vec2> points{Vec2(panel.px(panel.box.low_m.x()), panel.py(0.0))};
+  std::vector<Vec2> points{Vec2(panel.px(log_of(errors_m.front())), panel.py(0.0))};
   for (std::size_t i = 0; i < errors_m.size(); ++i) {
     const double x = panel.px(log_of(errors_m[i]));
     points.emplace_back(x, points.back().y());
     points.emplace_back(x,
                         panel.py(100.0 * static_cast<double>(i + 1) / static_cast<double>(errors_m.size())));
   }
-  points.emplace_back(panel.right(), points.back().y());
   svg.path(points, colour, 2.4, dashes);
 }
 
@@ -124,7 +134,7 @@ void draw_bar(Svg& svg, double x, double y, double width, const std::string& nam
     const double part = width * share.value();
     svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" fill="{}" stroke="#fff"/>)", x, y,
             part, kBarHeight, kVerdictColours[v]);
-    if (part > 30.0) {
+    if (part > 8.0 * static_cast<double>(std::to_string(share.hits).size())) {
       const bool dark = v == 0 || v == 3;
       svg.add(R"(<text x="{:.1f}" y="{:.1f}" class="tick" text-anchor="middle" style="fill:{}">{}</text>)",
               x + 0.5 * part, y + 0.5 * kBarHeight + 4.5, dark ? "#fff" : "#222", share.hits);
