@@ -61,6 +61,8 @@ SAMPLE       := unit_tests/integration/sample
 DATASET      ?= $(SAMPLE)
 DEMO         := build/demo
 DEMO_SCENE   := mission_cfg/scenes/demo.toml
+CAMPAIGN     := build/campaign$(if $(filter-out paper,$(MISSION)),-$(MISSION))
+N            ?= 30
 
 TOOL_LIBS    := -lgdal -lembree3
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
@@ -117,6 +119,11 @@ paper: ## the paper's evaluation at its scale: 100 m, 7 map resolutions (SEEDS='
 	@$(MAKE) --no-print-directory -j$(JOBS) $(foreach seed,$(SEEDS),$(PAPER_RUNS:%=$(PAPER)/$(seed)/%/summary.json))
 	@$(CAIRN) table $(foreach seed,$(SEEDS),$(PAPER_RUNS:%=$(PAPER)/$(seed)/%)) -o $(PAPER)/table.csv
 	@$(CAIRN) report $(PAPER_RUNS:%=$(PAPER)/$(firstword $(SEEDS))/%) -o $(PAPER)/report.html
+
+campaign: ## drives over N random terrains (N=30): errors and fixes with confidence intervals; goes on where it was stopped
+	@$(MAKE) --no-print-directory deps-build
+	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
+	@$(CAIRN) campaign --trials $(N) -o $(CAMPAIGN)
 
 realism: ## OpenCV's SIFT odometry and grey levels on simulated pairs, beside REFERENCE=folder where given
 	@$(MAKE) --no-print-directory deps-test
@@ -299,6 +306,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help all lib clean demo paper realism bench size test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
+.PHONY: help all lib clean demo paper campaign realism bench size test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
 .SECONDARY:
 .DELETE_ON_ERROR:

@@ -5,11 +5,12 @@
 
 namespace cairn::ground {
 
-void add_map_commands(CLI::App& app);    ///< cairn map ...   (cmd_map.cpp)
-void add_run_command(CLI::App& app);     ///< cairn run ...   (cmd_run.cpp)
-void add_sim_command(CLI::App& app);     ///< cairn sim   (cmd_sim.cpp)
-void add_table_command(CLI::App& app);   ///< cairn table   (cmd_table.cpp)
-void add_report_command(CLI::App& app);  ///< cairn report   (cmd_report.cpp)
-void add_bench_commands(CLI::App& app);  ///< cairn bench, cairn size   (cmd_bench.cpp)
+void add_map_commands(CLI::App& app);      ///< cairn map ...   (cmd_map.cpp)
+void add_run_command(CLI::App& app);       ///< cairn run ...   (cmd_run.cpp)
+void add_sim_command(CLI::App& app);       ///< cairn sim   (cmd_sim.cpp)
+void add_table_command(CLI::App& app);     ///< cairn table   (cmd_table.cpp)
+void add_report_command(CLI::App& app);    ///< cairn report   (cmd_report.cpp)
+void add_campaign_command(CLI::App& app);  ///< cairn campaign   (cmd_campaign.cpp)
+void add_bench_commands(CLI::App& app);    ///< cairn bench, cairn size   (cmd_bench.cpp)
 
 }  // namespace cairn::ground

@@ -11,8 +11,13 @@ namespace cairn::ground {
 ProgressLine::ProgressLine(std::string what)
     : what_(std::move(what)), terminal_(::isatty(STDERR_FILENO) != 0) {}
 
-ProgressLine::~ProgressLine() {
-  if (written_) fmt::print(stderr, "\r\033[K");
+ProgressLine::~ProgressLine() { clear(); }
+
+void ProgressLine::clear() {
+  if (!written_) return;
+  fmt::print(stderr, "\r\033[K");
+  std::fflush(stderr);
+  written_ = false;
 }
 
 void ProgressLine::show(double share) {

@@ -18,6 +18,8 @@ class ProgressLine {
 
   /// Share done, 0 to 1. Call as often as convenient: it writes at most five times a second.
   void show(double share);
+  /// Makes room for a line of results; the next `show` writes anew.
+  void clear();
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -5,19 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <iterator>
 
 #include "plot/ortho_piece.hpp"
+#include "plot/svg.hpp"
 #include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {
-
-// Okabe and Ito, "Color Universal Design" (2008).
-constexpr const char* kTruth = "#000000";
-constexpr const char* kVo = "#D55E00";
-constexpr const char* kCorrected = "#0072B2";
-constexpr const char* kFix = "#CC79A7";
 
 constexpr double kLeft = 70.0;  // pixels: room for the y axis
 constexpr double kTop = 74.0;
@@ -26,64 +20,6 @@ constexpr double kMapMaxHeight = 820.0;
 constexpr double kLegendWidth = 212.0;
 constexpr double kErrorHeight = 210.0;
 constexpr double kAxisRoom = 58.0;
-
-/// A panel: a rectangle of pixels that shows a rectangle of values, y upwards.
-struct Panel {
-  double left = 0.0, top = 0.0, width = 0.0, height = 0.0;  // pixels
-  Box box;
-
-  double px(double x) const { return left + (x - box.low_m.x()) / box.size_m().x() * width; }
-  double py(double y) const { return top + (box.high_m.y() - y) / box.size_m().y() * height; }
-  double bottom() const { return top + height; }
-  double right() const { return left + width; }
-  bool shows(const Vec2& p) const {
-    return p.x() >= box.low_m.x() && p.x() <= box.high_m.x() && p.y() >= box.low_m.y() &&
-           p.y() <= box.high_m.y();
-  }
-};
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
-
-/// SVG text under construction.
-class Svg {
- public:
-  template <typename... Args>
-  void add(fmt::format_string<Args...> format, Args&&... args) {
-    fmt::format_to(std::back_inserter(text_), format, std::forward<Args>(args)...);
-    text_ += '\n';
-  }
-  void line(double x0, double y0, double x1, double y1, const char* style) {
-    add(R"(<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" {}/>)", x0, y0, x1, y1, style);
-  }
-  void text(double x, double y, const char* style, const std::string& words) {
-    add(R"(<text x="{:.1f}" y="{:.1f}" {}>{}</text>)", x, y, style, escaped(words));
-  }
-  /// A line through points, with a light edge that keeps it readable on a dark picture.
-  void path(const std::vector<Vec2>& pixels, const char* colour, double width, const char* dashes) {
-    std::string points;
-    for (const Vec2& p : pixels) fmt::format_to(std::back_inserter(points), "{:.1f},{:.1f} ", p.x(), p.y());
-    constexpr const char* kForm =
-        R"(<polyline points="{}" fill="none" stroke="{}" stroke-width="{}" stroke-linejoin="round" {}/>)";
-    add(kForm, points, "#ffffff", width + 2.0, R"(stroke-opacity="0.75")");
-    add(kForm, points, colour, width, dashes);
-  }
-  const std::string& str() const { return text_; }
-
- private:
-  std::string text_;
-};
 
 /// 1, 2 or 5 times a power of ten, such that about `count` steps make `span`.
 double nice_step(double span, int count) {
@@ -365,15 +301,7 @@ std::string render_svg(const ReplayPlot& plot) {
   const double magnification = fix_magnification(plot, map.box);
 
   Svg svg;
-  svg.add(
-      R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)",
-      width, height);
-  svg.add(
-      "<style>text{{font-family:Helvetica,Arial,sans-serif;fill:#222}} .tick{{font-size:12px}} "
-      ".name{{font-size:14px}} "
-      ".grid{{stroke:#555;stroke-opacity:0.16;stroke-width:1}} .axis{{stroke:#444;stroke-width:1}} "
-      ".frame{{fill:none;stroke:#444;stroke-width:1.2}} .plate{{fill:#fff;fill-opacity:0.75}}</style>");
-  svg.add(R"(<rect width="100%" height="100%" fill="#ffffff"/>)");
+  svg.open(width, height);
   svg.text(map.left, 32.0, R"(font-size="20" font-weight="bold")", plot.title);
   svg.text(map.left, 55.0, R"(font-size="14")", plot.subtitle);
   draw_map(svg, map, plot, magnification);

@@ -22,15 +22,6 @@ ordered_json errors_json(const TrajectoryErrors& e) {
           {"rms_xy_m", e.rms_xy_m}};
 }
 
-/// The largest amount by which the corrected error in x, y exceeds that of VO alone.
-double largest_excess(const TrajectoryErrors& vo, const TrajectoryErrors& corrected) {
-  double excess = 0.0;
-  for (std::size_t i = 0; i < vo.poses.size() && i < corrected.poses.size(); ++i) {
-    excess = std::max(excess, corrected.poses[i].xy_m - vo.poses[i].xy_m);
-  }
-  return excess;
-}
-
 /// Share of the ground boulders that lie within 0.10 m of a true rock.
 std::optional<double> boulder_precision(const Replay& replay, const std::vector<TruthRock>& rocks) {
   if (rocks.empty() || replay.boulders.empty()) return std::nullopt;
@@ -58,6 +49,14 @@ ordered_json counts_json(const std::uint32_t (&counts)[N], std::string (*name)(s
 
 RunErrors errors_of(const Replay& replay) {
   return {compare(replay.vo, replay.truth), compare(replay.corrected, replay.truth)};
+}
+
+double largest_excess(const TrajectoryErrors& vo, const TrajectoryErrors& corrected) {
+  double excess = 0.0;
+  for (std::size_t i = 0; i < vo.poses.size() && i < corrected.poses.size(); ++i) {
+    excess = std::max(excess, corrected.poses[i].xy_m - vo.poses[i].xy_m);
+  }
+  return excess;
 }
 
 ordered_json summary_json(const RunTitle& title, const Replay& replay, const RunErrors& errors) {

@@ -31,6 +31,9 @@ struct RunErrors {
 };
 RunErrors errors_of(const Replay& replay);
 
+/// The largest amount by which the corrected error in x, y exceeds that of VO alone; 0 where it never does.
+double largest_excess(const TrajectoryErrors& vo, const TrajectoryErrors& corrected);
+
 nlohmann::ordered_json summary_json(const RunTitle& title, const Replay& replay, const RunErrors& errors);
 
 /// To stdout.

@@ -24,6 +24,7 @@ enum class Stream : std::uint64_t {
   kExposure,
   kDust,
   kOrtho,
+  kCampaign,
 };
 
 constexpr std::uint64_t mix(std::uint64_t x) {

@@ -1,14 +1,11 @@
 // The program `cairn run` itself: each bad input ends in one line on stderr that names it and the mend, exit
 // code 1 and no file; a good run leaves its ten files and nothing else.
-#include <sys/wait.h>
-
-#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
-#include "ground_tools/scratch.hpp"
+#include "ground_tools/program.hpp"
 #include "ground_tools/test_images.hpp"
 #include "map/cmap_file.hpp"
 #include "output_file.hpp"
@@ -24,16 +21,10 @@ const test::Scratch scratch;
 std::string errors;  // what the last run wrote on stderr
 std::vector<std::uint8_t> map;
 
-/// `cairn ARGUMENTS`: its exit code, -1 where it did not end by itself. The program lies two folders above.
 int cairn(const std::string& arguments) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "../../cairn";
-  const std::string command = "'" + program.string() + "' " + arguments + " >'" +
-                              scratch.path("stdout").string() + "' 2>'" + scratch.path("stderr").string() +
-                              "'";
-  const int how = std::system(command.c_str());
-  const std::vector<std::uint8_t> bytes = read_file(scratch.path("stderr"));
-  errors.assign(bytes.begin(), bytes.end());
-  return WIFEXITED(how) ? WEXITSTATUS(how) : -1;
+  const test::Ended ended = test::run_cairn(scratch, arguments);
+  errors = ended.errors;
+  return ended.code;
 }
 
 std::string set(const char* name = "set") { return " --dataset " + scratch.path(name).string(); }
@@ -41,15 +32,9 @@ std::string out() { return " -o " + scratch.path("out").string(); }
 std::string map_at(const char* name) { return " --map " + scratch.path(name).string(); }
 const std::string kStart = " --start 1,2,0,0,0,90";
 
-/// One line, led by the program's name, that holds both words; exit code 1; no results, not even a folder.
+/// Refused, without results: not even a folder.
 void check_refused(const std::string& arguments, const char* what, const char* mend) {
-  const int code = cairn("run" + arguments);
-  const bool one_line = errors.size() > 1 && errors.find('\n') == errors.size() - 1;
-  if (code != 1 || !one_line || errors.rfind("cairn: ", 0) != 0 || errors.find(what) == std::string::npos ||
-      errors.find(mend) == std::string::npos) {
-    fail_msg("cairn run%s: exit code %d; expected one line with '%s' and '%s', got:\n%s", arguments.c_str(),
-             code, what, mend, errors.c_str());
-  }
+  test::check_refusal(scratch, "run" + arguments, what, mend);
   if (fs::exists(scratch.path("out"))) fail_msg("cairn run%s: left an output folder", arguments.c_str());
 }
 

@@ -1,14 +1,11 @@
 // The program `cairn sim` itself: what it writes is a data set that `cairn run` reads, it goes on where it
 // was stopped, and each bad input ends in one line on stderr that names it and the mend.
-#include <sys/wait.h>
-
-#include <cstdlib>
+#include <algorithm>
+#include <cmath>
 
 #include "dataset/dataset.hpp"
-#include "ground_tools/scratch.hpp"
+#include "ground_tools/program.hpp"
 #include "map/raster.hpp"
-#include "output_file.hpp"
-#include "support/cmocka.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
@@ -20,15 +17,10 @@ namespace fs = std::filesystem;
 const test::Scratch scratch;
 std::string errors;  // what the last run wrote on stderr
 
-/// `cairn ARGUMENTS`: its exit code. The program lies two folders above.
-int cairn(const std::string& arguments) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "../../cairn";
-  const std::string command =
-      "'" + program.string() + "' " + arguments + " >/dev/null 2>'" + scratch.path("stderr").string() + "'";
-  const int how = std::system(command.c_str());
-  const std::vector<std::uint8_t> bytes = read_file(scratch.path("stderr"));
-  errors.assign(bytes.begin(), bytes.end());
-  return WIFEXITED(how) ? WEXITSTATUS(how) : -1;
+int cairn(const std::string& arguments, const std::string& before = "") {
+  const test::Ended ended = test::run_cairn(scratch, arguments, before);
+  errors = ended.errors;
+  return ended.code;
 }
 
 /// Small enough for the sanitizers: 64 x 64 pixels, four frames.
@@ -41,13 +33,7 @@ const std::string kSmall =
 std::string out(const char* name) { return " -o " + scratch.path(name).string(); }
 
 void check_refused(const std::string& arguments, const char* what, const char* mend) {
-  const int code = cairn("sim" + arguments);
-  const bool one_line = errors.size() > 1 && errors.find('\n') == errors.size() - 1;
-  if (code != 1 || !one_line || errors.rfind("cairn: ", 0) != 0 || errors.find(what) == std::string::npos ||
-      errors.find(mend) == std::string::npos) {
-    fail_msg("cairn sim%s: exit code %d; expected one line with '%s' and '%s', got:\n%s", arguments.c_str(),
-             code, what, mend, errors.c_str());
-  }
+  test::check_refusal(scratch, "sim" + arguments, what, mend);
 }
 
 void test_writes_a_data_set(void**) {
@@ -122,15 +108,9 @@ void test_refusals(void**) {
 /// A disk without space: /dev/full stands for it as far as a single file goes; a folder is simulated by a
 /// limit on the size of files.
 void test_full_disk(void**) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "../../cairn";
-  const std::string command = "trap '' XFSZ; ulimit -f 100; '" + program.string() + "' sim" + kSmall +
-                              out("full") + " --ortho 0.005 >/dev/null 2>'" +
-                              scratch.path("stderr").string() + "'";
-  const int how = std::system(("bash -c \"" + command + "\"").c_str());
-  const std::vector<std::uint8_t> bytes = read_file(scratch.path("stderr"));
-  errors.assign(bytes.begin(), bytes.end());
-  assert_int_equal(WEXITSTATUS(how), 1);
-  assert_true(errors.rfind("cairn: ", 0) == 0 && errors.find('\n') == errors.size() - 1);
+  assert_int_equal(cairn("sim" + kSmall + out("full") + " --ortho 0.005", "trap '' XFSZ; ulimit -f 100; "),
+                   1);
+  assert_true(test::is_one_line(errors));
   assert_true(errors.find("ortho_5mm.tif") != std::string::npos);
   for (const auto& entry : fs::directory_iterator(scratch.path("full")))
     assert_true(entry.path().string().find(".part") == std::string::npos);

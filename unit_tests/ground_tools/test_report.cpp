@@ -2,15 +2,13 @@
 // whole is refused in one line.
 #include "report/page.hpp"
 
-#include <sys/wait.h>
-
 #include <cmath>
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/eigen.hpp"
-#include "ground_tools/scratch.hpp"
+#include "ground_tools/program.hpp"
 #include "output_file.hpp"
 #include "report/run_folder.hpp"
 #include "report/text_table.hpp"
@@ -240,15 +238,7 @@ void test_files_that_disagree(void**) {
   assert_refused(read_run_folder(folder), "memory_bytes");
 }
 
-/// `cairn ARGUMENTS`: its exit code.
-int cairn(const std::string& arguments) {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "../../cairn";
-  const std::string command = "'" + program.string() + "' " + arguments + " >'" +
-                              scratch.path("stdout").string() + "' 2>'" + scratch.path("stderr").string() +
-                              "'";
-  const int how = std::system(command.c_str());
-  return WIFEXITED(how) ? WEXITSTATUS(how) : -1;
-}
+int cairn(const std::string& arguments) { return test::run_cairn(scratch, arguments).code; }
 
 void test_a_run_of_the_sample(void**) {
   const std::string sample = CAIRN_SOURCE_DIR "/unit_tests/integration/sample";
