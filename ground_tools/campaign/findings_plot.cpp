@@ -15,7 +15,7 @@ namespace {
 constexpr double kLeft = 76.0;
 constexpr double kPanelWidth = 430.0;
 constexpr double kPanelHeight = 300.0;
-constexpr double kBetween = 40.0;
+constexpr double kBetween = 56.0;
 constexpr double kTop = 110.0;
 constexpr double kBarHeight = 20.0;
 constexpr double kGroupHeight = 62.0;
@@ -149,7 +149,8 @@ void draw_bars(Svg& svg, double y, const std::vector<Findings>& maps) {
   for (const Findings& f : maps) {
     svg.text(kLeft - 52.0, y + kBarHeight + 6.0, R"(class="name" font-weight="bold")",
              fmt::format("{:g} mm", 1.0e3 * f.map_pixel_m));
-    svg.text(kLeft - 52.0, y + kBarHeight + 22.0, R"(class="tick")", fmt::format("{} drives", f.trials));
+    svg.text(kLeft - 52.0, y + kBarHeight + 22.0, R"(class="tick")",
+             fmt::format("{} drive{}", f.trials, f.trials == 1 ? "" : "s"));
     draw_bar(svg, x, y, width, "VO as it is", f.as_it_is);
     draw_bar(svg, x, y + kBarHeight + 4.0, width, "made worse", f.worse);
     y += kGroupHeight;
