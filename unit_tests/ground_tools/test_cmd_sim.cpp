@@ -108,7 +108,7 @@ void test_refusals(void**) {
 /// A disk without space: /dev/full stands for it as far as a single file goes; a folder is simulated by a
 /// limit on the size of files.
 void test_full_disk(void**) {
-  assert_int_equal(cairn("sim" + kSmall + out("full") + " --ortho 0.005", "trap '' XFSZ; ulimit -f 100; "),
+  assert_int_equal(cairn("sim" + kSmall + out("full") + " --ortho 0.005", "trap '' XFSZ; ulimit -f 200; "),
                    1);
   assert_true(test::is_one_line(errors));
   assert_true(errors.find("ortho_5mm.tif") != std::string::npos);
