@@ -30,12 +30,13 @@ EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_AL
 INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
 comma   := ,
 SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
-COMMON  := -std=c++17 -g -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG)
+COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG)
 # Flight code: no exceptions, RTTI, guarded statics or stack protector; one section a function, so that unused code goes.
-FLIGHT  := $(COMMON) $(if $(SAN),-O1,$(OPT)) -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
+FLIGHT  := $(COMMON) -g $(if $(SAN),-O1,$(OPT)) -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
            -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su
-GROUND  := $(COMMON) $(if $(SAN),-O1,-O2) -Iground_tools
-TESTING := $(COMMON) $(if $(SAN),-O1,-O2) -Iground_tools -Iunit_tests -DCAIRN_SOURCE_DIR=\"$(CURDIR)\"
+# Lines only: whole debug information of templates is a quarter of the time to build.
+GROUND  := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools
+TESTING := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools -Iunit_tests -DCAIRN_SOURCE_DIR=\"$(CURDIR)\"
 
 # ---- sources -------------------------------------------------------------------------------------------------------
 FSW_SRC      := $(sort $(wildcard fsw/*/*.cpp))
