@@ -12,8 +12,9 @@ MISSIONS := $(notdir $(patsubst %/mission_values.hpp,%,$(wildcard mission_cfg/*/
 ifeq ($(filter $(MISSION),$(MISSIONS)),)
   $(error MISSION=$(MISSION) is not one of: $(MISSIONS))
 endif
-ifeq ($(wildcard platform/$(TARGET)),)
-  $(error TARGET=$(TARGET) is not one of: $(notdir $(wildcard platform/*)))
+TARGETS := $(patsubst platform/%/toolchain.mk,%,$(wildcard platform/*/toolchain.mk))
+ifeq ($(filter $(TARGET),$(TARGETS)),)
+  $(error TARGET=$(TARGET) is not one of: $(TARGETS))
 endif
 
 B := build/$(TARGET)$(if $(filter-out paper,$(MISSION)),-$(MISSION))$(if $(SAN),-san)
@@ -30,33 +31,37 @@ EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_AL
 INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
 comma   := ,
 SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
-COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG)
+COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG) $(BARE_DEFS)
 # Flight code: no exceptions, RTTI, guarded statics or stack protector; one section a function, so that unused code goes.
 FLIGHT  := $(COMMON) -g $(if $(SAN),-O1,$(OPT)) -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
            -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su
 # Lines only: whole debug information of templates is a quarter of the time to build.
 GROUND  := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools
-TESTING := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools -Iunit_tests -DCAIRN_SOURCE_DIR=\"$(CURDIR)\"
+TESTING := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools -Iunit_tests -DCAIRN_SOURCE_DIR=\"$(CURDIR)\" \
+           $(if $(BARE),-fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)
 
 # ---- sources -------------------------------------------------------------------------------------------------------
 FSW_SRC      := $(sort $(wildcard fsw/*/*.cpp))
-PLATFORM_SRC := $(sort $(wildcard platform/$(TARGET)/*.cpp))
+PLATFORM_SRC := $(sort $(wildcard $(foreach room,$(TARGET) $(if $(BARE),bare),$(addprefix platform/$(room)/*.,cpp c S))))
+TAPE_SRC     := platform/tape/tape_hal.cpp platform/tape/player.cpp
 TOOL_MAIN    := ground_tools/cairn.cpp
 TOOL_SRC     := $(sort $(filter-out $(TOOL_MAIN),$(wildcard ground_tools/*.cpp ground_tools/*/*.cpp)))
-SUPPORT_SRC  := $(sort $(wildcard unit_tests/support/*.cpp unit_tests/hal_fakes/*.cpp))
+SUPPORT_SRC  := $(filter-out $(if $(BARE),%/image_file.cpp),$(sort $(wildcard unit_tests/support/*.cpp)))
 TEST_SRC     := $(sort $(wildcard unit_tests/*/test_*.cpp))
-OPENCV_TESTS := $(filter unit_tests/opencv/%,$(TEST_SRC))
+# Those of ground tools and those that read files are the host's alone.
+HOST_TESTS   := $(foreach room,ground_tools integration opencv,unit_tests/$(room)/%)
 # Missions whose data set only this test needs, and only in their own sizes.
 DATA_MISSIONS := euroc kitti lunar
 DATA_TEST    := unit_tests/integration/test_mission_data.cpp
 
-obj = $(patsubst %.cpp,$(B)/%.o,$(1))
+obj = $(addprefix $(B)/,$(addsuffix .o,$(basename $(1))))
 FSW_LIB      := $(B)/libcairn.a
 PLATFORM_LIB := $(B)/libplatform.a
 TOOL_LIB     := $(B)/libground.a
 SUPPORT_LIB  := $(B)/libsupport.a
+TAPE_LIB     := $(B)/libtape.a
 CAIRN        := $(B)/cairn
-TESTS        := $(patsubst unit_tests/%.cpp,$(B)/tests/%,$(TEST_SRC))
+TESTS        := $(patsubst unit_tests/%.cpp,$(B)/tests/%,$(if $(BARE),$(filter-out $(HOST_TESTS),$(TEST_SRC)),$(TEST_SRC)))
 
 SAMPLE       := unit_tests/integration/sample
 DATASET      ?= $(SAMPLE)
@@ -91,7 +96,7 @@ endef
 ##@ Goals
 help: ## list every goal
 	@awk 'BEGIN {FS = ":.*## "} /^##@/ {printf "\n%s\n", substr($$0, 5)} /^[a-z][a-z_-]*:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
-	@printf '\nSettings\n  TARGET=%s   MISSION=%s\n  SAN=1 (sanitizers)\n' '$(notdir $(patsubst %/,%,$(sort $(dir $(wildcard platform/*/toolchain.mk)))))' '$(MISSIONS)'
+	@printf '\nSettings\n  TARGET=%s   MISSION=%s\n  SAN=1 (sanitizers)\n' '$(TARGETS)' '$(MISSIONS)'
 
 demo: ## render a fresh stretch of terrain, map it, drive over it, and tell how it went
 	@$(MAKE) --no-print-directory deps-build
@@ -181,7 +186,26 @@ $(B)/fsw/%.o: fsw/%.cpp
 $(B)/platform/%.o: platform/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
-	$(Q)$(CXX) $(CPU) $(GROUND) -c $< -o $@
+	$(Q)$(CXX) $(CPU) $(GROUND) $(if $(BARE),-fno-exceptions -fno-rtti -fno-threadsafe-statics -fdata-sections) -c $< -o $@
+$(B)/platform/%.o: platform/%.c
+	@mkdir -p $(@D)
+	$(call say,CC,$<)
+	$(Q)$(CC) $(BARE_FLAGS) -c $< -o $@
+$(B)/platform/%.o: platform/%.S
+	@mkdir -p $(@D)
+	$(call say,AS,$<)
+	$(Q)$(CC) $(CPU) -c $< -o $@
+# Made on the host, for every target.
+TAPE := build/sample.tape
+$(B)/platform/tape/tape_image.o: platform/tape/tape_image.S $(TAPE)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CPU) -DCAIRN_TAPE='"$(TAPE)"' -c $< -o $@
+$(TAPE): $(wildcard $(SAMPLE)/*.txt $(SAMPLE)/*.csv) | $(if $(BARE),host-cairn,$(CAIRN))
+	@build/host/cairn map build --from-csv $(SAMPLE)/truth_rocks.csv -o build/sample.cmap
+	@build/host/cairn tape --dataset $(SAMPLE) --map build/sample.cmap --frames 0:$(TAPE_FRAMES) -o $@
+TAPE_FRAMES := 35
+host-cairn:
+	@$(MAKE) --no-print-directory TARGET=host MISSION=paper SAN= build/host/cairn
 $(B)/ground_tools/%.o: ground_tools/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
@@ -190,7 +214,7 @@ $(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(TESTING) $(OPENCV_INC) -isystem /usr/include/gdal -c $< -o $@
-$(B)/unit_tests/%.o: unit_tests/%.cpp
+$(B)/unit_tests/%.o: unit_tests/%.cpp | $(BARE_HEADERS)
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(TESTING) -isystem /usr/include/gdal -c $< -o $@
@@ -204,9 +228,11 @@ $(TOOL_LIB): $(call obj,$(TOOL_SRC))
 	$(archive)
 $(SUPPORT_LIB): $(call obj,$(SUPPORT_SRC))
 	$(archive)
+$(TAPE_LIB): $(call obj,$(TAPE_SRC))
+	$(archive)
 
 LIBS_ALL = $(TOOL_LIB) $(SUPPORT_LIB) $(PLATFORM_LIB) $(FSW_LIB)
-link = $(Q)$(CXX) $(CPU) $(SANFLAG) $(filter %.o,$^) -Wl,--start-group $(filter %.a,$^) -Wl,--end-group
+link = $(Q)$(LINKER) $(filter %.o,$^) -Wl,--start-group $(filter %.a,$^) $(RUNTIME) -Wl,--end-group
 $(CAIRN): $(call obj,$(TOOL_MAIN)) $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 # The OpenCV oracles and the integration tests see the ground tools; unit tests see flight code, support and fakes alone.
@@ -223,9 +249,14 @@ $(B)/tests/ground_tools/test_cmd_run $(B)/tests/ground_tools/test_report: $(CAIR
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
-$(B)/tests/%: $(B)/unit_tests/%.o $(SUPPORT_LIB) $(FSW_LIB)
+$(B)/tests/replay/%: $(B)/unit_tests/replay/%.o $(B)/platform/tape/tape_image.o $(SUPPORT_LIB) $(TAPE_LIB) $(FSW_LIB) $(BARE_NEEDS)
 	@mkdir -p $(@D)
-	$(link) -lcmocka -o $@
+	$(link) $(CMOCKA_LIB) -o $@
+$(B)/tests/%: $(B)/unit_tests/%.o $(SUPPORT_LIB) $(FSW_LIB) $(BARE_NEEDS)
+	@mkdir -p $(@D)
+	$(link) $(CMOCKA_LIB) -o $@
+$(B)/replay.elf: $(call obj,platform/tape/replay.cpp platform/tape/tape_image.S) $(TAPE_LIB) $(FSW_LIB) $(PLATFORM_LIB) $(BARE_NEEDS)
+	$(link) -o $@
 
 # ---- the paper's evaluation ----------------------------------------------------------------------------------------
 # Each file below is whole or absent, so that make knows what is left to do.
@@ -265,7 +296,7 @@ run-tests:
 	@built=0; $(MAKE) --no-print-directory -k -j$(JOBS) $(TESTS) || built=1; failed=; \
 	for t in $(TESTS); do \
 	  name=$${t#$(B)/tests/}; \
-	  if $$t >$$t.log 2>&1; then \
+	  if $(RUN) $$t >$$t.log 2>&1; then \
 	    printf '%s\n' "$$name"; grep -E '^(skipped: |\[==========\] .* run\.|\[  (PASSED|SKIPPED) )' $$t.log; \
 	  else cat $$t.log; failed="$$failed $$name"; fi; \
 	done; \
@@ -307,6 +338,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: help all lib clean demo paper campaign realism bench size test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
+.PHONY: host-cairn help all lib clean demo paper campaign realism bench size test run-tests check $(CHECKS) fmt deps-build deps-test deps-check
 .SECONDARY:
 .DELETE_ON_ERROR:

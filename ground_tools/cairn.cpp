@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   cairn::ground::add_table_command(app);
   cairn::ground::add_report_command(app);
   cairn::ground::add_campaign_command(app);
+  cairn::ground::add_tape_command(app);
   cairn::ground::add_bench_commands(app);
   try {
     app.parse(argc, argv);

@@ -124,6 +124,10 @@ bool read_row(std::FILE* file, double* numbers, int count) {
 }
 
 void test_mast_agrees_with_the_sample(void**) {
+#ifdef CAIRN_NO_FILES
+  print_message("skipped: the sample's files, where there is no file system\n");
+  skip();
+#endif
   // Poses of rover and left camera as the sample's renderer wrote them.
   std::FILE* rover = std::fopen(CAIRN_SOURCE_DIR "/unit_tests/integration/sample/truth_rover.txt", "r");
   std::FILE* camera =

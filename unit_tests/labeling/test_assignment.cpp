@@ -1,7 +1,6 @@
 // Assignment: OR-Library's optima, all permutations, statuses, slicing.
 #include "labeling/assignment.hpp"
 
-#include <fstream>
 #include <string>
 
 #include "core/random.hpp"
@@ -50,17 +49,21 @@ void check_assignment(const Job& j, const AssignmentMatrix& m) {
 void test_or_library(void**) {
   const std::string folder = cairn::test::find_data("oracles/lap_orlib");
   SKIP_WITHOUT(folder, "oracles/lap_orlib");
-  static std::string name;
   int files = 0;
-  std::ifstream optima(folder + "/optima_verified.txt");
+  std::FILE* optima = std::fopen((folder + "/optima_verified.txt").c_str(), "r");
+  assert_non_null(optima);
+  char name[64];
   long optimum = 0;
-  while (optima >> name >> optimum) {
-    std::ifstream in(folder + "/" + name + ".txt");
+  while (std::fscanf(optima, "%63s %ld", name, &optimum) == 2) {
+    std::FILE* in = std::fopen((folder + "/" + name + ".txt").c_str(), "r");
+    assert_non_null(in);
     int n = 0;
-    in >> n;
+    assert_int_equal(std::fscanf(in, "%d", &n), 1);
     assert_in_range(n, 100, kLarge);
-    for (int i = 0; i < n * n; ++i) in >> entries[i];
-    assert_true(static_cast<bool>(in));
+    int read = 0;
+    while (read < n * n && std::fscanf(in, "%hu", &entries[read]) == 1) ++read;
+    assert_int_equal(read, n * n);
+    std::fclose(in);
     const AssignmentMatrix m{entries, n, n, n};
     solve(large, m, AssignmentSense::kLeastCost);
     check_assignment(large, m);
@@ -70,6 +73,7 @@ void test_or_library(void**) {
     assert_int_equal(large.total(), 1000L * n - optimum);
     ++files;
   }
+  std::fclose(optima);
   assert_int_equal(files, 4);
 }
 

@@ -1,0 +1,15 @@
+# PowerPC 750 (RAD750), bare metal. Debian's Linux cross compiler and newlib; runs on QEMU's PReP board, whose
+# processor is a 750.
+TRIPLE        := powerpc-linux-gnu-
+CPU           := -mcpu=750 -mno-sdata -fno-pic
+NEWLIB_TARGET := powerpc-eabi
+NEWLIB_CPU    := -mcpu=750
+NEWLIB_DEFS   := -D__IEEE_BIG_ENDIAN
+ELF_MACHINE   := PowerPC
+DEPS_TARGET   := g++-powerpc-linux-gnu qemu-system-ppc newlib-source
+# One instruction is 2^7 ns of the emulated time. A failed exit is a guest panic.
+EMULATOR      := qemu-system-ppc -M 40p -cpu 750 -m 128 -vga none -nic none -display none -serial stdio -monitor none \
+                 -audiodev none,id=none -global cs4231a.audiodev=none -device pvpanic-pci -no-reboot -action panic=exit-failure \
+                 -icount shift=7,sleep=off
+EMULATOR_RUNS := -bios
+include platform/bare/bare.mk

@@ -1,0 +1,55 @@
+#include "platform/tape/player.hpp"
+
+#include "app/flight_app.hpp"
+#include "core/crc32.hpp"
+
+extern "C" {
+extern const std::uint8_t cairn_tape_begin[];
+extern const std::uint8_t cairn_tape_end[];
+}
+
+namespace cairn::tape {
+namespace {
+
+Telemetry* heard = nullptr;
+
+void listen(const std::uint8_t* packet, std::size_t size) {
+  app::PacketType type{};
+  std::uint32_t sequence = 0;
+  if (app::check_packet(packet, size, type, sequence) != app::PacketStatus::kGood) {
+    ++heard->bad;
+    return;
+  }
+  std::uint32_t* sum = &heard->rest;
+  if (type == app::PacketType::kFrame) {
+    sum = &heard->poses;
+    ++heard->frames;
+  } else if (type == app::PacketType::kFix) {
+    sum = &heard->fixes;
+    app::FixReport fix;
+    const bool applied = app::decode(packet, size, fix) == app::PacketStatus::kGood &&
+                         fix.status == static_cast<std::uint8_t>(FixStatus::kApplied);
+    heard->applied += applied ? 1 : 0;
+  } else if (type == app::PacketType::kBoulder) {
+    sum = &heard->boulders;
+  }
+  *sum = crc32(packet, size, *sum);
+}
+
+}  // namespace
+
+TapeStatus play(int frames, Telemetry& telemetry) {
+  telemetry = Telemetry();
+  heard = &telemetry;
+  StereoRig rig = app::mission_rig();
+  const TapeStatus status =
+      open(cairn_tape_begin, static_cast<std::size_t>(cairn_tape_end - cairn_tape_begin), rig);
+  if (status != TapeStatus::kReady) return status;
+  on_telemetry(listen);
+  if (app::root.init(LocalizerParams(), rig) != LocalizerStatus::kReady) return TapeStatus::kNoRig;
+  while (telemetry.frames < frames && app::root.cycle() == app::FlightApp::State::kBusy) {
+  }
+  return TapeStatus::kReady;
+}
+
+}  // namespace cairn::tape

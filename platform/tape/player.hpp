@@ -1,0 +1,26 @@
+/// Plays the tape that is linked into the image (tape_image.S) through the flight module, and sums up its
+/// telemetry.
+#pragma once
+
+#include <cstdint>
+
+#include "platform/tape/tape_hal.hpp"
+
+namespace cairn::tape {
+
+/// CRC-32 over the packets of each kind, as they were sent. No time of the machine is in them, so that they are the
+/// same on every target.
+struct Telemetry {
+  std::uint32_t poses = 0;  ///< frame packets
+  std::uint32_t fixes = 0;
+  std::uint32_t boulders = 0;
+  std::uint32_t rest = 0;  ///< acknowledgements, health
+  int frames = 0;
+  int applied = 0;  ///< fixes
+  int bad = 0;      ///< packets that do not decode
+};
+
+/// Initialises app::root with the rig of the tape and plays `frames` pairs, or all where there are fewer.
+TapeStatus play(int frames, Telemetry& telemetry);
+
+}  // namespace cairn::tape

@@ -1,0 +1,30 @@
+/// The HAL of a tape (tape_format.hpp): camera, telecommands and map bank play it, telemetry goes to a sink.
+/// It has no clock. One tape a program.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "geometry/stereo_rig.hpp"
+
+namespace cairn::tape {
+
+enum class [[nodiscard]] TapeStatus : std::uint8_t{
+    kReady,
+    kNoTape,     ///< no header of a tape
+    kVersion,    ///< of another version
+    kTruncated,  ///< a record reaches beyond the end, or there is no end
+    kNoRig,      ///< the first record is no rig
+};
+
+/// Checks the structure of all records and goes to the beginning. `rig` gets the intrinsics; its mounting is the
+/// mission's. The bytes are borrowed.
+TapeStatus open(const std::uint8_t* bytes, std::size_t size, StereoRig& rig);
+
+/// Gets every telemetry packet, as it is sent. Null: every packet is lost.
+void on_telemetry(void (*sink)(const std::uint8_t* packet, std::size_t size));
+
+/// All records have been taken.
+bool at_end();
+
+}  // namespace cairn::tape
