@@ -296,7 +296,7 @@ run-tests:
 	@built=0; $(MAKE) --no-print-directory -k -j$(JOBS) $(TESTS) || built=1; failed=; \
 	for t in $(TESTS); do \
 	  name=$${t#$(B)/tests/}; \
-	  if $(RUN) $$t >$$t.log 2>&1; then \
+	  if timeout 900 $(call run_image,$$t) >$$t.log 2>&1; then \
 	    printf '%s\n' "$$name"; grep -E '^(skipped: |\[==========\] .* run\.|\[  (PASSED|SKIPPED) )' $$t.log; \
 	  else cat $$t.log; failed="$$failed $$name"; fi; \
 	done; \

@@ -18,10 +18,8 @@ LINKER      = $(CC) $(CPU) -nostdlib -static -no-pie -Wl,-T,platform/$(TARGET)/l
               -Wl,--gc-sections,--build-id=none,--no-warn-rwx-segments,-z,noexecstack,-Map=$@.map
 RUNTIME     = $(NEWLIB_LIB)/libc.a $(NEWLIB_LIB)/libm.a -lgcc
 # What a test needs beside the libraries of the project.
-BARE_NEEDS  = $(PLATFORM_LIB) $(CMOCKA) $(NEWLIB)/.done
+BARE_NEEDS  = $(PLATFORM_LIB) $(CMOCKA) $(NEWLIB)/.done $(BARE_BOARD)
 BARE_HEADERS := build/cmocka-src/.done
-# A run that hangs is stopped; the emulator says nothing of its own.
-RUN         = timeout 900 $(EMULATOR) $(EMULATOR_RUNS)
 BARE_DEFS   = -DCAIRN_NO_FILES -D_GLIBCXX_EXTERN_TEMPLATE=0
 BARE_FLAGS  = $(CPU) -g -O2 -ffreestanding -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -MMD -MP -Wall -Wextra -Werror
 

@@ -10,4 +10,4 @@ CPU     :=
 OPT     := -O3
 LINKER   = $(CXX) $(CPU) $(SANFLAG)
 CMOCKA_LIB := -lcmocka
-RUN     :=
+run_image = $(1)

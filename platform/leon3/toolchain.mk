@@ -10,5 +10,5 @@ DEPS_TARGET   := g++-multilib-sparc64-linux-gnu gcc-multilib-sparc64-linux-gnu q
 # One instruction is 2^10 ns of the emulated time. A failed exit is a trap with traps off: QEMU aborts.
 EMULATOR      := qemu-system-sparc -M leon3_generic -cpu LEON3 -m 128 -display none -serial stdio -monitor none -nic none \
                  -no-reboot -icount shift=10,sleep=off
-EMULATOR_RUNS := -kernel
+run_image      = $(EMULATOR) -kernel $(1)
 include platform/bare/bare.mk

@@ -1,14 +1,6 @@
 /* Bare-metal start for PowerPC 750 on qemu-system-ppc -M 40p (PReP map).
-   Reset vector 0xfff00100 (MSR[IP]=1), image proper runs from RAM. */
-    .section .reset, "ax"
-    .globl  _reset
-_reset:
-    lis     3, _start@ha
-    addi    3, 3, _start@l
-    mtctr   3
-    bctr
-
-    .text
+   boot.ld's stub at the reset vector comes here, to 0x2000. */
+    .section .text.start, "ax"
     .globl  _start
 _start:
     li      3, 0x2000              /* MSR: FP=1, IP=0, ME=0, EE=0 */

@@ -11,5 +11,12 @@ DEPS_TARGET   := g++-powerpc-linux-gnu qemu-system-ppc newlib-source
 EMULATOR      := qemu-system-ppc -M 40p -cpu 750 -m 128 -vga none -nic none -display none -serial stdio -monitor none \
                  -audiodev none,id=none -global cs4231a.audiodev=none -device pvpanic-pci -no-reboot -action panic=exit-failure \
                  -icount shift=7,sleep=off
-EMULATOR_RUNS := -bios
+# The board's ROM holds no more than a jump; the image comes into RAM beside it.
+run_image      = $(EMULATOR) -bios $(BOOT) -device loader,file=$(1)
+BOOT          := build/boot-ppc750.elf
+BARE_BOARD     = $(BOOT)
 include platform/bare/bare.mk
+
+$(BOOT): platform/ppc750/boot.s
+	@mkdir -p $(@D)
+	$(Q)$(CC) -nostdlib -static -no-pie -Wl,-Ttext=0xfff00100,-e,_reset,--build-id=none,-z,noexecstack $< -o $@
