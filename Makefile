@@ -41,7 +41,7 @@ TESTING := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools -Iunit_tests -DCAIR
            $(if $(BARE),-fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)
 
 # ---- sources -------------------------------------------------------------------------------------------------------
-FSW_SRC      := $(sort $(wildcard fsw/*/*.cpp))
+FSW_SRC      := $(sort $(wildcard fsw/*/*.cpp platform/$(TARGET)/flight/*.cpp))
 PLATFORM_SRC := $(sort $(wildcard $(foreach room,$(TARGET) $(if $(BARE),bare),$(addprefix platform/$(room)/*.,cpp c S))))
 TAPE_SRC     := platform/tape/tape_hal.cpp platform/tape/player.cpp
 TOOL_MAIN    := ground_tools/cairn.cpp
@@ -180,6 +180,10 @@ deps-check: ## the same for the checks
 
 # ---- rules ---------------------------------------------------------------------------------------------------------
 $(B)/fsw/%.o: fsw/%.cpp
+	@mkdir -p $(@D)
+	$(call say,CXX,$<)
+	$(Q)$(CXX) $(CPU) $(FLIGHT) -c $< -o $@
+$(B)/platform/$(TARGET)/flight/%.o: platform/$(TARGET)/flight/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(FLIGHT) -c $< -o $@

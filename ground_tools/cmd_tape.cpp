@@ -49,7 +49,9 @@ class Bytes {
     be::put_f64(b, v);
     append(b, sizeof b);
   }
-  void append(const std::uint8_t* bytes, std::size_t size) { bytes_.insert(bytes_.end(), bytes, bytes + size); }
+  void append(const std::uint8_t* bytes, std::size_t size) {
+    bytes_.insert(bytes_.end(), bytes, bytes + size);
+  }
   const std::vector<std::uint8_t>& get() const { return bytes_; }
 
  private:

@@ -20,7 +20,7 @@ RUNTIME     = $(NEWLIB_LIB)/libc.a $(NEWLIB_LIB)/libm.a -lgcc
 # What a test needs beside the libraries of the project.
 BARE_NEEDS  = $(PLATFORM_LIB) $(CMOCKA) $(NEWLIB)/.done $(BARE_BOARD)
 BARE_HEADERS := build/cmocka-src/.done
-BARE_DEFS   = -DCAIRN_NO_FILES -D_GLIBCXX_EXTERN_TEMPLATE=0
+BARE_DEFS   = -DCAIRN_NO_FILES
 BARE_FLAGS  = $(CPU) -g -O2 -ffreestanding -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections -MMD -MP -Wall -Wextra -Werror
 
 NEWLIB_CC = $(CC) $(NEWLIB_CPU) -mlong-double-64 -ffreestanding -U__linux__ -U__gnu_linux__ -U__unix__ -Ulinux -Uunix -fno-pic -fno-stack-protector

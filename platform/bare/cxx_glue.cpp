@@ -1,6 +1,7 @@
 // What the C++ headers ask of a C++ library that is not there. Tests only.
 #include <cstdlib>
 #include <new>
+#include <string>
 
 #include "platform/bare/board.h"
 
@@ -26,6 +27,9 @@ void operator delete(void* memory) noexcept { std::free(memory); }
 void operator delete[](void* memory) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
 void operator delete[](void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
+
+// The headers leave the instantiation to the library.
+template class std::basic_string<char>;
 
 namespace std {
 

@@ -71,6 +71,8 @@ void* sbrk(ptrdiff_t) PLAIN(sbrk);
 extern int* __errno(void);
 int* __errno_location(void) { return __errno(); }
 
+/* _setjmp, the C library's other name of setjmp, is in start.S. */
+
 /* Nothing is destroyed: the image ends with the board. */
 void* __dso_handle;
 int __cxa_atexit(void (*destroy)(void*), void* object, void* dso) {
@@ -78,3 +80,21 @@ int __cxa_atexit(void (*destroy)(void*), void* object, void* dso) {
   return 0;
 }
 void __cxa_pure_virtual(void) { board_exit(2); }
+
+typedef struct file file;
+extern int vsscanf(const char*, const char*, __builtin_va_list);
+extern int vfscanf(file*, const char*, __builtin_va_list);
+int __isoc99_sscanf(const char* text, const char* format, ...) {
+  __builtin_va_list list;
+  __builtin_va_start(list, format);
+  const int count = vsscanf(text, format, list);
+  __builtin_va_end(list);
+  return count;
+}
+int __isoc99_fscanf(file* from, const char* format, ...) {
+  __builtin_va_list list;
+  __builtin_va_start(list, format);
+  const int count = vfscanf(from, format, list);
+  __builtin_va_end(list);
+  return count;
+}

@@ -37,6 +37,11 @@ _start:
     bl      runtime_main
 4:  b       4b
 
+    .text
+    .globl  _setjmp
+_setjmp:
+    b       setjmp
+
     /* exception vectors 0x100..0x1400 (IP=0): report vector and stop with failure */
     .section .vectors, "ax"
     .macro  VEC off

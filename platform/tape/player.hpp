@@ -8,8 +8,8 @@
 
 namespace cairn::tape {
 
-/// CRC-32 over the packets of each kind, as they were sent. No time of the machine is in them, so that they are the
-/// same on every target.
+/// CRC-32 over the packets of each kind, as they were sent. No time of the machine is in them, so that they
+/// are the same on every target.
 struct Telemetry {
   std::uint32_t poses = 0;  ///< frame packets
   std::uint32_t fixes = 0;

@@ -1,8 +1,8 @@
 /// A tape: a drive for targets without a file system, in one piece of memory. `cairn tape` makes it.
 ///
-/// Big-endian. Header: magic "CTAP", version u32 (1). Then records to the end: type u32, size u32 of the body,
-/// body, zeros to the next multiple of four. The first record is kRig, the last kEnd. What the flight module
-/// takes from its HAL comes in the order of the tape, and nothing is skipped.
+/// Big-endian. Header: magic "CTAP", version u32 (1). Then records to the end: type u32, size u32 of the
+/// body, body, zeros to the next multiple of four. The first record is kRig, the last kEnd. What the flight
+/// module takes from its HAL comes in the order of the tape, and nothing is skipped.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,8 @@ enum class Record : std::uint32_t {
   kTelecommand = 2,
   /// content of the map bank from here on
   kMapBank = 3,
-  /// number u32, t_capture_us u64, then width u32, height u32 of left and of right, pixels of left and of right
+  /// number u32, t_capture_us u64, then width u32, height u32 of left and of right, pixels of left and of
+  /// right
   kPair = 4,
 };
 

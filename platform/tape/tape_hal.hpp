@@ -17,8 +17,8 @@ enum class [[nodiscard]] TapeStatus : std::uint8_t{
     kNoRig,      ///< the first record is no rig
 };
 
-/// Checks the structure of all records and goes to the beginning. `rig` gets the intrinsics; its mounting is the
-/// mission's. The bytes are borrowed.
+/// Checks the structure of all records and goes to the beginning. `rig` gets the intrinsics; its mounting is
+/// the mission's. The bytes are borrowed.
 TapeStatus open(const std::uint8_t* bytes, std::size_t size, StereoRig& rig);
 
 /// Gets every telemetry packet, as it is sent. Null: every packet is lost.

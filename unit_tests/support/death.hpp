@@ -1,5 +1,5 @@
-/// Does a call end in the flight assertion's handler? It is left by a jump from the handler: flight code holds nothing
-/// that would have to be destroyed.
+/// Does a call end in the flight assertion's handler? It is left by a jump from the handler: flight code
+/// holds nothing that would have to be destroyed.
 #pragma once
 
 #include <csetjmp>
