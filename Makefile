@@ -34,7 +34,7 @@ SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover
 COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG) $(BARE_DEFS)
 # Flight code: no exceptions, RTTI, guarded statics or stack protector; one section a function, so that unused code goes.
 FLIGHT  := $(COMMON) -g $(if $(SAN),-O1,$(OPT)) -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
-           -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su
+           -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su $(if $(SAN),,-fno-asynchronous-unwind-tables)
 # Lines only: whole debug information of templates is a quarter of the time to build.
 GROUND  := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools
 TESTING := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools -Iunit_tests -DCAIRN_SOURCE_DIR=\"$(CURDIR)\" \
@@ -46,6 +46,7 @@ PLATFORM_SRC := $(sort $(wildcard $(foreach room,$(TARGET) $(if $(BARE),bare),$(
 TAPE_SRC     := platform/tape/tape_hal.cpp platform/tape/player.cpp
 TOOL_MAIN    := ground_tools/cairn.cpp
 TOOL_SRC     := $(sort $(filter-out $(TOOL_MAIN),$(wildcard ground_tools/*.cpp ground_tools/*/*.cpp)))
+TOOL_SRC     := $(filter-out ground_tools/checks/%,$(TOOL_SRC))
 SUPPORT_SRC  := $(filter-out $(if $(BARE),%/image_file.cpp),$(sort $(wildcard unit_tests/support/*.cpp)))
 TEST_SRC     := $(sort $(wildcard unit_tests/*/test_*.cpp))
 # Those of ground tools and those that read files are the host's alone.
@@ -142,12 +143,9 @@ bench: ## time and operations of a frame on this machine (DATASET=folder, defaul
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
 	@$(CAIRN) bench --dataset $(DATASET)
 
-size: ## static memory by part, and code and constants of the flight library
-	@$(MAKE) --no-print-directory deps-build
-	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
-	@$(CAIRN) size
-	@printf 'Code and constants of the flight library (text), bytes\n'
-	@$(SIZE) -t $(FSW_LIB) | awk 'NR == 1 || /TOTALS/'
+size: ## code, constants and static memory of the flight library, by module and part, against their budgets
+	@$(MAKE) --no-print-directory deps-check
+	@$(MAKE) --no-print-directory -j$(JOBS) check-memory
 
 all: $(FSW_LIB) $(CAIRN) ## build the flight library and the ground tool (build/<target>/)
 
@@ -164,7 +162,7 @@ test: ## build and run all tests, plain and then with the sanitizers
 	run 'with the address and undefined-behaviour sanitizers' SAN=1; \
 	exit $$faults
 
-check: ## floors, heap, recursion, stack, traceability, names, formatting, static analysis
+check: ## proofs of the flight library (symbols, stack, instructions, memory); floors, traceability, names, formatting, static analysis
 	@$(MAKE) --no-print-directory deps-check
 	@$(MAKE) --no-print-directory -k -j$(JOBS) $(CHECKS)
 
@@ -176,7 +174,7 @@ deps-build: ## install what building asks for and is missing (apt)
 deps-test: ## the same for the tests
 	$(call install,$(DEPS_BUILD) $(DEPS_TEST))
 deps-check: ## the same for the checks
-	$(call install,$(DEPS_BUILD) $(DEPS_CHECK))
+	$(call install,$(DEPS_BUILD) $(DEPS_CHECK) $(DEPS_TARGET))
 
 # ---- rules ---------------------------------------------------------------------------------------------------------
 $(B)/fsw/%.o: fsw/%.cpp
@@ -306,22 +304,41 @@ run-tests:
 	done; \
 	[ -z "$$failed" ] || printf '  FAILED:%s\n' "$$failed"; [ $$built = 0 ] && [ -z "$$failed" ]
 
-STACK_LIMIT := 16384
 CXX_FILES    = $(shell git ls-files '*.cpp' '*.hpp' 2>/dev/null || find $(FOLDERS) -name '*.[ch]pp')
 FOLDERS     := $(wildcard fsw hal platform ground_tools unit_tests mission_cfg)
-CHECK        = python3 ground_tools/checks
-CHECKS      := check-self check-floors check-symbols check-stack check-trace check-names check-format check-cppcheck check-tidy
+CHECK        = python3 -B ground_tools/checks
+# What is proved of each target's library, and what of the text, once.
+PROOFS      := symbols stack isa memory
+OF_TEXT     := floors trace names
+SELF_TESTS  := $(addprefix check-self-,$(PROOFS) $(if $(BARE),,$(OF_TEXT)))
+CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS)) $(if $(BARE),,$(addprefix check-,$(OF_TEXT) format cppcheck tidy))
+TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
+# An image is proved with the library where there is one that is not older.
+IMAGE        = $(if $(BARE),$(shell [ $(B)/replay.elf -nt $(FSW_LIB) ] && echo $(B)/replay.elf))
 TIDY         = $(patsubst %.cpp,$(B)/tidy/%.ok,$(FSW_SRC))
 DEFINES      = $(filter -D% -I%,$(INC))
 
-check-self:
-	@for check in floors symbols stack trace names; do $(CHECK)/$$check.py --self-test || exit 1; done
+# Violations planted on purpose, compiled for the target, must be seen.
+$(SELF_TESTS): check-self-%:
+	@$(CHECK)/$*.py $(if $(filter $*,$(PROOFS)),$(TOOLS)) $(SELF_$*) --self-test
+SELF_isa     = --machine '$(ELF_MACHINE)'
+SELF_memory  = --link '$(CXX) $(CPU)'
 check-floors:
 	@$(CHECK)/floors.py
 check-symbols: $(FSW_LIB)
-	@$(CHECK)/symbols.py --nm $(NM) $(FSW_LIB)
-check-stack: $(FSW_LIB)
-	@$(CHECK)/stack.py --limit $(STACK_LIMIT) $(patsubst %.cpp,$(B)/%.ci,$(FSW_SRC))
+	@$(CHECK)/symbols.py $(TOOLS) --needs '$(FLIGHT_NEEDS)' $(FSW_LIB)
+check-stack: $(FSW_LIB) $(B)/figures.o
+	@$(CHECK)/stack.py $(TOOLS) --figures $(B)/figures.o $(patsubst %.cpp,$(B)/%.ci,$(FSW_SRC))
+check-isa: $(FSW_LIB)
+	@$(CHECK)/isa.py $(TOOLS) --machine '$(ELF_MACHINE)' $(FSW_LIB) $(IMAGE)
+check-memory: $(B)/libcairn.map $(B)/figures.o
+	@$(CHECK)/memory.py $(TOOLS) --figures $(B)/figures.o $(addprefix --image ,$(addsuffix .map,$(IMAGE))) $< $(FSW_SRC)
+# The linker's account of the whole library; nothing runs.
+$(B)/libcairn.map: $(FSW_LIB)
+	$(Q)$(CXX) $(CPU) -nostdlib -r -Wl,--strip-debug,--whole-archive $< -Wl,-Map=$@ -o $(B)/libcairn.o
+$(B)/figures.o: ground_tools/checks/figures.cpp
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(CPU) $(COMMON) -c $< -o $@
 check-trace:
 	@$(CHECK)/trace.py
 check-names:

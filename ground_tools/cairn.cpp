@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   cairn::ground::add_report_command(app);
   cairn::ground::add_campaign_command(app);
   cairn::ground::add_tape_command(app);
-  cairn::ground::add_bench_commands(app);
+  cairn::ground::add_bench_command(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version

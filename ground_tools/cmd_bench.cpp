@@ -1,4 +1,4 @@
-// cairn bench, cairn size: what a frame costs, and what the flight module's memory holds.
+// cairn bench: what a frame costs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -91,24 +91,15 @@ void bench(const BenchOptions& options) {
   fmt::print("Times are this machine's, now; operations are the same everywhere.\n");
 }
 
-void size() {
-  fmt::print("Static memory of the flight module, mission '{}', bytes\n", cfg::kMission.name);
-  for (int i = 0; i < app::FlightApp::kParts; ++i) {
-    fmt::print("  {:<32} {:>10}\n", app::FlightApp::parts()[i].name, app::FlightApp::parts()[i].bytes);
-  }
-  fmt::print("  {:<32} {:>10}\n", "budget (mission_cfg)", cfg::kRootMaxBytes);
-}
-
 }  // namespace
 
-void add_bench_commands(CLI::App& app) {
+void add_bench_command(CLI::App& app) {
   const auto options = std::make_shared<BenchOptions>();
   CLI::App* command = app.add_subcommand("bench", "Time and operations of the flight module, a frame");
   command->add_option("--dataset", options->dataset, "folder of stereo pairs")->required();
   command->add_option("--frames", options->frames, "frames to use, at most")->check(CLI::Range(2, 100000));
   command->add_option("--rounds", options->rounds, "times to go over them")->check(CLI::Range(1, 1000));
   command->callback([options] { bench(*options); });
-  app.add_subcommand("size", "Static memory of the flight module, by part")->callback([] { size(); });
 }
 
 }  // namespace cairn::ground

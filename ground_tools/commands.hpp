@@ -12,6 +12,6 @@ void add_table_command(CLI::App& app);     ///< cairn table   (cmd_table.cpp)
 void add_report_command(CLI::App& app);    ///< cairn report   (cmd_report.cpp)
 void add_campaign_command(CLI::App& app);  ///< cairn campaign   (cmd_campaign.cpp)
 void add_tape_command(CLI::App& app);      ///< cairn tape   (cmd_tape.cpp)
-void add_bench_commands(CLI::App& app);    ///< cairn bench, cairn size   (cmd_bench.cpp)
+void add_bench_command(CLI::App& app);     ///< cairn bench   (cmd_bench.cpp)
 
 }  // namespace cairn::ground

@@ -16,6 +16,8 @@ inline constexpr std::size_t kMaxLabels = kMission.max_labels;
 inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
 inline constexpr std::size_t kMaxLocalBoulders = kMission.max_local_boulders;
 inline constexpr std::size_t kRootMaxBytes = kMission.root_max_bytes;
+inline constexpr std::size_t kCodeMaxBytes = kMission.code_max_bytes;
+inline constexpr std::size_t kStackMaxBytes = kMission.stack_max_bytes;
 inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
 inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
 inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_linkage_points;
@@ -23,7 +25,12 @@ inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_lin
 inline constexpr std::size_t kMaxProbes =
     static_cast<std::size_t>(kImageWidth / kMission.probe_spacing_px + 1) *
     static_cast<std::size_t>(kImageHeight / kMission.probe_spacing_px + 1);
-inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;  ///< 1.5 MiB at 512 x 384
+// Static memory by part: working images, one number or two a pixel, and what a boulder takes.
+inline constexpr std::size_t kVoMaxBytes = 16 * kImagePixels;  ///< 3 MiB at 512 x 384
+inline constexpr std::size_t kObserverMaxBytes = 16 * kImagePixels;
+inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;
+inline constexpr std::size_t kTracksMaxBytes = 256 * kMaxLocalBoulders;
+inline constexpr std::size_t kMapWindowMaxBytes = 32 * kMaxMapWindowBoulders;
 
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0,
               "image width: even, 64 to 2048");

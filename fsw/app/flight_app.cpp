@@ -208,19 +208,4 @@ void FlightApp::send(const Report& report) {
   if (!hal::telemetry_send(packet_.data(), packet_.size())) ++lost_packets_;
 }
 
-const FlightApp::Part* FlightApp::parts() {
-  static constexpr Part kTable[kParts] = {
-      {"images", 2 * cfg::kImagePixels},
-      {"visual odometry", sizeof(VisualOdometry)},
-      {"boulder observer", sizeof(BoulderObserver)},
-      {"  of it segmentation", sizeof(SegmentationJob)},
-      {"boulder tracks and local map", sizeof(BoulderTracks) + sizeof(LocalMap)},
-      {"orbital map window", sizeof(MapBoulders)},
-      {"registration", sizeof(IcpJob)},
-      {"whole localizer", sizeof(Localizer)},
-      {"root, all static memory", sizeof(FlightApp)},
-  };
-  return kTable;
-}
-
 }  // namespace cairn::app

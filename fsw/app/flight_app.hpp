@@ -34,14 +34,6 @@ class FlightApp {
   const Localizer& localizer() const { return localizer_; }
   const Executive& executive() const { return executive_; }
 
-  /// Bytes of a part of the root, for `make size` and the budget in mission_cfg.
-  struct Part {
-    const char* name;
-    std::size_t bytes;
-  };
-  static constexpr int kParts = 9;
-  static const Part* parts();
-
  private:
   bool take_command();  ///< false: nothing to do, here and below
   CommandStatus carry_out(const Command& command, std::uint8_t& detail);
@@ -69,7 +61,29 @@ class FlightApp {
   std::uint8_t right_[cfg::kImagePixels] = {};
 };
 
-static_assert(sizeof(FlightApp) <= cfg::kRootMaxBytes, "static memory: over the budget in mission_cfg");
+/// What the root is made of, and the budgets of mission_cfg.
+struct RootPart {
+  const char* name;
+  std::size_t bytes;
+  std::size_t max_bytes;
+};
+inline constexpr RootPart kRootParts[] = {
+    {"images", 2 * cfg::kImagePixels, 2 * cfg::kImagePixels},
+    {"visual odometry", sizeof(VisualOdometry), cfg::kVoMaxBytes},
+    {"boulder observer", sizeof(BoulderObserver), cfg::kObserverMaxBytes},
+    {"  of it segmentation", sizeof(SegmentationJob), cfg::kSegmentationMaxBytes},
+    {"boulder tracks and local map", sizeof(BoulderTracks) + sizeof(LocalMap), cfg::kTracksMaxBytes},
+    {"orbital map window", sizeof(MapBoulders), cfg::kMapWindowMaxBytes},
+    {"registration", sizeof(IcpJob), cfg::kIcpJobMaxBytes},
+    {"root, all static memory", sizeof(FlightApp), cfg::kRootMaxBytes},
+};
+constexpr bool root_parts_fit() {
+  for (const RootPart& part : kRootParts) {
+    if (part.bytes > part.max_bytes) return false;
+  }
+  return true;
+}
+static_assert(root_parts_fit(), "static memory: a part is over its budget in mission_cfg (make size)");
 
 extern FlightApp root;
 

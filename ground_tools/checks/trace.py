@@ -4,7 +4,8 @@
 usage: trace.py [ROOT]       reads ROOT/doc/requirements.csv (columns id, requirement, source, tests)
        trace.py --self-test
 
-`tests` holds names `unit_tests/<module>/test_<file>.cpp:test_<function>`, separated by blanks.
+`tests` holds names `unit_tests/<module>/test_<file>.cpp:test_<function>`, or `check-<name>` for one of `make check` that has
+violations planted for it, separated by blanks.
 """
 import csv
 import os
@@ -15,7 +16,24 @@ import tempfile
 COLUMNS = ["id", "requirement", "source", "tests"]
 
 
+def check_fault(root, name):
+    """What is wrong with `check-<name>`: it must be a script here with a self-test, and one that `make check` runs."""
+    script = os.path.join("ground_tools", "checks", name + ".py")
+    if not os.path.isfile(os.path.join(root, script)):
+        return f"no {script}"
+    with open(os.path.join(root, script), encoding="utf-8") as file:
+        if "--self-test" not in file.read():
+            return f"{script} has no --self-test"
+    with open(os.path.join(root, "Makefile"), encoding="utf-8") as file:
+        lists = re.findall(r"^(?:PROOFS|OF_TEXT)\s*:=(.*)$", file.read(), re.MULTILINE)
+    if name not in " ".join(lists).split():
+        return f"{script} is not among PROOFS or OF_TEXT of the Makefile: it never runs"
+    return None
+
+
 def test_fault(root, name):
+    if name.startswith("check-"):
+        return check_fault(root, name[len("check-"):])
     path, _, function = name.partition(":")
     full = os.path.join(root, path)
     if not path.startswith("unit_tests/") or not function:
@@ -78,6 +96,10 @@ def self_test():
         head + "R1,x,s,unit_tests/a/test_a.cpp:test_two\n": "no function",
         head + "R1,x,s,unit_tests/a/test_a.cpp:test_idle\n": "never runs",
         head + "R1,x,s,unit_tests/a/test_a.cpp\n": "is not unit_tests",
+        head + "R1,x,s,check-one check-two\n": None,
+        head + "R1,x,s,check-three\n": "no ground_tools/checks/three.py",
+        head + "R1,x,s,check-idle\n": "never runs",
+        head + "R1,x,s,check-blind\n": "no --self-test",
     }
     with tempfile.TemporaryDirectory() as root:
         assert check(root)[0], "no table is a fault"
@@ -85,6 +107,12 @@ def self_test():
         os.makedirs(os.path.join(root, "unit_tests", "a"))
         with open(os.path.join(root, "unit_tests", "a", "test_a.cpp"), "w", encoding="utf-8") as file:
             file.write("void test_one(void**) {}\nvoid test_idle(void**) {}\nx = {cmocka_unit_test(test_one)};\n")
+        os.makedirs(os.path.join(root, "ground_tools", "checks"))
+        for name in ("one", "two", "idle", "blind"):
+            with open(os.path.join(root, "ground_tools", "checks", name + ".py"), "w", encoding="utf-8") as file:
+                file.write("" if name == "blind" else "--self-test")
+        with open(os.path.join(root, "Makefile"), "w", encoding="utf-8") as file:
+            file.write("PROOFS := one blind\nOF_TEXT := two\nOTHER := idle\n")
         for text, expected in planted.items():
             with open(os.path.join(root, "doc", "requirements.csv"), "w", encoding="utf-8") as file:
                 file.write(text)

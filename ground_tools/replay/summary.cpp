@@ -94,9 +94,7 @@ ordered_json summary_json(const RunTitle& title, const Replay& replay, const Run
   s["counts"]["dropped_pairs"] = replay.executive.dropped_pairs;
   s["counts"]["bad_priors"] = replay.health.bad_priors;
   if (!title.map.empty()) s["map_status"] = map_status_name(replay.map_status);
-  for (int i = 0; i < app::FlightApp::kParts; ++i) {
-    s["memory_bytes"][app::FlightApp::parts()[i].name] = app::FlightApp::parts()[i].bytes;
-  }
+  for (const app::RootPart& part : app::kRootParts) s["memory_bytes"][part.name] = part.bytes;
   double seconds = 0.0;
   double longest = 0.0;
   std::uint32_t most_vo = 0;

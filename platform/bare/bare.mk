@@ -4,7 +4,6 @@ CC      := $(TRIPLE)gcc
 CXX     := $(TRIPLE)g++
 AR      := $(TRIPLE)ar
 NM      := $(TRIPLE)nm
-SIZE    := $(TRIPLE)size
 READELF := $(TRIPLE)readelf
 OBJDUMP := $(TRIPLE)objdump
 OPT     := -O2
