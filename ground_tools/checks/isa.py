@@ -33,6 +33,9 @@ RULES = {
         (re.compile(r"f(add|sub|mul|div|sqrt|cmpe?)q\b|f[dsi]toq\b|fqto[dsi]\b|fdmulq\b|unknown"), LACKS),
     )),
 }
+# Functions whose result is rounded as IEEE 754 says, whatever they take to get there (platform/<target>/flight/; tests hold them
+# to it).
+EXACT = {"sqrt"}
 
 
 def machine_faults(readelf, path, machine):
@@ -66,7 +69,7 @@ def instruction_faults(objdump, path, machine, reasons):
         count += 1
         instruction = " ".join(instruction.split())
         for pattern, why in rules:
-            if pattern.match(instruction) and why in reasons:
+            if pattern.match(instruction) and why in reasons and not (why == ROUNDS and where in EXACT):
                 faults.add(f"{path}: {where}: {instruction} ({why})")
     return sorted(faults), count
 
@@ -102,6 +105,8 @@ def self_test(given):
             ("void f() { asm volatile(\"mtfsb0 30\"); }", "f(): mtfsb0"),
             ("double f() { double x; asm volatile(\"mffs %0\" : \"=f\"(x)); return x; }", "f(): mffs"),
             (fused, "f(double, double, double): fmadd", "-ffp-contract=fast"),
+            ("extern \"C\" double sqrt(double a) { return __builtin_fma(a, a, 1.0); }", None),
+            ("extern \"C\" double sqrt(double a) { asm volatile(\"mtfsfi 7,1\"); return a; }", "sqrt: mtfsfi"),
             ("double f(double x) { return __builtin_sqrt(x); }", "f(double): fsqrt", "-mcpu=power7", "-mno-vsx", "-mno-altivec"),
             ("int f(int a, int b, int c) { return c ? a : b; }", "f(int, int, int): .long", "-mcpu=8540", "-misel"),
             ("void f() { asm volatile(\".long 0xfc16048e\"); }", "f(): .long 0xfc16048e"),  # mffscrni, as in Debian's libm

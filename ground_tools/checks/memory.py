@@ -61,7 +61,7 @@ def modules_of(sources):
         name = os.path.splitext(os.path.basename(source))[0] + ".o"
         if name in modules:
             raise SystemExit(f"memory: two sources named {name[:-2]}: the archive's members cannot be told apart")
-        modules[name] = os.path.basename(os.path.dirname(source))
+        modules[name] = "(platform)" if source.startswith("platform/") else os.path.basename(os.path.dirname(source))
     return modules
 
 
@@ -89,7 +89,7 @@ def sums(path, modules):
             continue
         flight.add(place)
         if place.startswith("?"):
-            faults.add(f"{member}: no module of fsw/ has it")
+            faults.add(f"{member}: no source of flight code has it")
         if kind in ("initialised", "zeroed"):
             if ROOT.match(section):
                 root += size
@@ -174,7 +174,7 @@ def self_test(given):
             faults, _ = check(link(source), None, budget, ("fsw/app/planted.cpp", "fsw/core/clean.cpp"))
             seen = any(expected in fault for fault in faults) if expected else not faults
             assert seen, (source, expected, faults)
-        assert "planted.o: no module" in check(link(root), None, ample, ("fsw/core/clean.cpp",))[0][0]
+        assert "planted.o: no source" in check(link(root), None, ample, ("fsw/core/clean.cpp",))[0][0]
         # The budgets themselves, as they come out of an object.
         text = ("struct A; namespace cairn { template <int t, int r, unsigned long b, unsigned long m, char... n> void figure() {} "
                 "void all() { figure<0, 1, 5, 6, 'b'>(); figure<0, 0, 70000, 80000, ' ', 'a'>(); } }")
