@@ -92,10 +92,10 @@ const std::uint8_t* OrbitalMap::boulder_at(std::uint32_t index) const {
 }
 
 /// Tiles along one axis that [low, high] touches, distances from the origin. Compared as doubles before any
-/// conversion, so that no distance is too far.
+/// conversion, so that no distance is too far; a conversion cuts, which is down for what is not negative.
 OrbitalMap::Span OrbitalMap::tiles_between(double low_m, double high_m, double tile_m, std::uint32_t tiles) {
-  const double first = std::floor(low_m / tile_m);
-  const double last = std::floor(high_m / tile_m);
+  const double first = low_m / tile_m;
+  const double last = high_m / tile_m;
   if (last < 0.0 || first >= tiles) return {};
   const std::uint32_t from = first > 0.0 ? static_cast<std::uint32_t>(first) : 0U;
   const std::uint32_t to = last < tiles ? static_cast<std::uint32_t>(last) + 1U : tiles;

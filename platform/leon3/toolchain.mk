@@ -6,8 +6,8 @@ NEWLIB_TARGET := sparc-leon3-elf
 NEWLIB_CPU    := -m32 -mcpu=leon3
 NEWLIB_DEFS   :=
 ELF_MACHINE   := Sparc
-# What the flight library may ask of libgcc (libgcc_v8.c has it) and libm: the exactly rounded alone.
-FLIGHT_NEEDS  := floor __udivdi3 __floatundidf
+# What the flight library may ask of libgcc (libgcc_v8.c has it); nothing of libm.
+FLIGHT_NEEDS  := __udivdi3 __floatundidf
 DEPS_TARGET   := g++-multilib-sparc64-linux-gnu gcc-multilib-sparc64-linux-gnu qemu-system-sparc newlib-source
 # One instruction is 2^10 ns of the emulated time. A failed exit is a trap with traps off: QEMU aborts.
 EMULATOR      := qemu-system-sparc -M leon3_generic -cpu LEON3 -m 128 -display none -serial stdio -monitor none -nic none \

@@ -7,7 +7,7 @@ NEWLIB_CPU    := -mcpu=750
 NEWLIB_DEFS   := -D__IEEE_BIG_ENDIAN
 ELF_MACHINE   := PowerPC
 # What the flight library may ask of libgcc and libm (ground_tools/checks/symbols.py): the exactly rounded alone.
-FLIGHT_NEEDS  := floor __udivdi3 __floatundidf
+FLIGHT_NEEDS  := __udivdi3 __floatundidf
 DEPS_TARGET   := g++-powerpc-linux-gnu qemu-system-ppc newlib-source
 # One instruction is 2^7 ns of the emulated time. A failed exit is a guest panic.
 EMULATOR      := qemu-system-ppc -M 40p -cpu 750 -m 128 -vga none -nic none -display none -serial stdio -monitor none \
