@@ -6,7 +6,7 @@ NEWLIB_TARGET := powerpc-eabi
 NEWLIB_CPU    := -mcpu=750
 NEWLIB_DEFS   := -D__IEEE_BIG_ENDIAN
 ELF_MACHINE   := PowerPC
-# What the flight library may ask of libgcc and libm (ground_tools/checks/symbols.py): the exactly rounded alone.
+# What the flight library may ask of libgcc and libm (ground_tools/checks/symbols.py); nothing of libm.
 FLIGHT_NEEDS  := __udivdi3 __floatundidf
 DEPS_TARGET   := g++-powerpc-linux-gnu qemu-system-ppc newlib-source
 # One instruction is 2^7 ns of the emulated time. A failed exit is a guest panic.
