@@ -8,6 +8,7 @@
 #include "commands.hpp"
 #include "output_file.hpp"
 #include "profile/budget.hpp"
+#include "profile/page.hpp"
 #include "profile/profile.hpp"
 #include "profile/tables.hpp"
 #include "tool_error.hpp"
@@ -33,6 +34,7 @@ void show(const ProfileOptions& options) {
     write_file(options.output / "jobs.csv", jobs_csv(jobs, clock_mhz));
     write_file(options.output / "rounds.csv", rounds_csv(jobs, clock_mhz));
     write_file(options.output / "functions.csv", functions_csv(profile));
+    write_file(options.output / "profile.html", profile_page(profile, jobs, options.target, clock_mhz));
   }
   fmt::print("{}", profile_text(profile, jobs, clock_mhz, options.most));
   const std::string broken = broken_budgets(jobs, clock_mhz);

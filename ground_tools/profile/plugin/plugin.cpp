@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <deque>
 #include <exception>
-#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -15,9 +14,10 @@
 namespace cairn::profile {
 namespace {
 
-// QEMU calls C functions and gives each only a number, so the state is here. One processor: no locks.
-std::unique_ptr<Profiler> profiler;
-std::deque<Block> blocks;
+// QEMU calls C functions and gives each only a number, so the state is here. One processor: no locks. Nothing
+// of it is ever destroyed: QEMU tells of the exit after the destructors of static objects.
+Profiler* profiler = nullptr;
+std::deque<Block>& blocks = *new std::deque<Block>;
 std::FILE* output = nullptr;
 
 void on_block(unsigned, void* data) { profiler->enter(*static_cast<Block*>(data)); }
@@ -164,7 +164,7 @@ void install(qemu_plugin_id_t id, const qemu_info_t& info, int argc, char** argv
     throw std::runtime_error(arguments.timing + ": is for another processor than " + info.target_name);
   if (info.system_emulation && info.system.smp_vcpus > 1)
     throw std::runtime_error("one processor only; run QEMU without -smp");
-  profiler = std::make_unique<Profiler>(timing, read_symbols(arguments.elf), arguments.options);
+  profiler = new Profiler(timing, read_symbols(arguments.elf), arguments.options);
   output = std::fopen(arguments.out.c_str(), "w");
   if (output == nullptr) throw std::runtime_error(arguments.out + ": cannot be written");
   qemu_plugin_register_vcpu_tb_trans_cb(id, on_translation);
