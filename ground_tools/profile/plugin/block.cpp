@@ -1,4 +1,4 @@
-#include "block.hpp"
+#include "profile/plugin/block.hpp"
 
 #include <algorithm>
 
@@ -34,6 +34,7 @@ Block make_block(const Timing& timing, std::uint32_t start, const std::vector<In
   };
   for (const Instruction& i : code) {
     const ClassCost& cost = timing.cost[static_cast<int>(i.kind)];
+    out.ends_trap = out.ends_trap || i.ends_trap;
     ++out.counts[static_cast<int>(i.kind)];
     const int unit = cost.unit < 0 ? -1 : kRegisters + cost.unit;
     std::uint32_t at = next;

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "timing.hpp"
+#include "profile/plugin/timing.hpp"
 
 namespace cairn::profile {
 
@@ -30,6 +30,7 @@ struct Block {
   int function = 0;
   Flow flow = Flow::kNext;
   bool slot_missing = false;  ///< SPARC: ends with the jump; its delay slot is a block of its own
+  bool ends_trap = false;     ///< SPARC rett
   std::uint32_t first_line = 0;
   std::uint32_t last_line = 0;
   std::uint64_t runs = 0;

@@ -1,6 +1,6 @@
 // PowerPC, 32 bits: "PowerPC Microprocessor Family: The Programming Environments", appendix A (formats and
 // opcodes).
-#include "instruction.hpp"
+#include "profile/plugin/instruction.hpp"
 
 namespace cairn::profile {
 namespace {

@@ -1,5 +1,5 @@
 // SPARC V8: "The SPARC Architecture Manual, Version 8", appendices B and F.
-#include "instruction.hpp"
+#include "profile/plugin/instruction.hpp"
 
 namespace cairn::profile {
 namespace {
@@ -162,6 +162,7 @@ Instruction arithmetic(const Fields& f) {
       out.kind = Class::kJump;
       out.flow = Flow::kIndirect;
       out.targets = 0;
+      out.ends_trap = true;
       break;
     case 0x3a:
       out.kind = Class::kBranch;

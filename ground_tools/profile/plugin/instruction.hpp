@@ -89,6 +89,7 @@ struct Instruction {
   Class kind = Class::kInteger;
   Flow flow = Flow::kNext;
   bool splits = false;       ///< may trap in the midst of ordinary code (SPARC save and restore)
+  bool ends_trap = false;    ///< SPARC rett
   std::uint8_t words = 0;    ///< of memory, 1 for a word or less
   std::uint8_t sources = 0;  ///< count
   std::uint8_t targets = 0;

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "profiler.hpp"
-#include "qemu_plugin.hpp"
+#include "profile/plugin/profiler.hpp"
+#include "profile/plugin/qemu_plugin.hpp"
 
 namespace cairn::profile {
 namespace {
@@ -101,17 +101,22 @@ void add_block(qemu_plugin_tb* tb, std::size_t from, const std::vector<Instructi
 }
 
 /// A block ends where QEMU's translation does, and after an instruction that may trap: the trap takes up
-/// again with that instruction, and what follows it must not be counted twice.
+/// again with that instruction, and what follows it must not be counted twice. In a delay slot it is a block
+/// alone, so that the jump is not taken for done.
 void on_translation(qemu_plugin_id_t, qemu_plugin_tb* tb) {
   const std::size_t count = qemu_plugin_tb_n_insns(tb);
   std::vector<Instruction> code;
   std::size_t from = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    code.push_back(instruction_at(tb, i, profiler->timing().sparc));
-    if (i + 1 < count && !code.back().splits) continue;
+  const auto cut = [&](std::size_t end) {
     add_block(tb, from, code, from == 0);
     code.clear();
-    from = i + 1;
+    from = end;
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const Instruction next = instruction_at(tb, i, profiler->timing().sparc);
+    if (next.splits && !code.empty() && code.back().flow != Flow::kNext) cut(i);
+    code.push_back(next);
+    if (i + 1 == count || next.splits) cut(i + 1);
   }
 }
 

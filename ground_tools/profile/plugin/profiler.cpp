@@ -1,4 +1,4 @@
-#include "profiler.hpp"
+#include "profile/plugin/profiler.hpp"
 
 #include <cinttypes>
 #include <cstdio>
@@ -17,6 +17,8 @@ Profiler::Profiler(const Timing& timing, std::vector<Symbol> symbols, const Prof
       misses_(symbols_.size()),
       wanted_frame_(options.frame) {
   for (std::size_t i = 1; i < symbols_.size(); ++i) {
+    if (!timing_.trap_table.empty() && symbols_[i].name == timing_.trap_table)
+      trap_table_ = static_cast<int>(i);
     if (is_fragment(symbols_[i].name)) continue;
     const std::string name = plain_name(symbols_[i].name);
     for (const std::string& watched : options.watch) {
@@ -27,15 +29,25 @@ Profiler::Profiler(const Timing& timing, std::vector<Symbol> symbols, const Prof
 }
 
 void Profiler::enter(Block& block) {
-  const bool slot = in_slot_ && block.start == previous_->end;
-  in_slot_ = false;
-  if (!slot) {
-    if (previous_ != nullptr) go(block);
-    flow_ = block.flow;
-    returns_to_ = block.end + (block.slot_missing ? 4 : 0);
-    in_slot_ = block.slot_missing;
+  if (!trapped(block)) {
+    const bool slot = in_slot_ && block.start == previous_->end;
+    const bool again =
+        previous_ != nullptr && slot_.at == block.start && (after_trap_ || previous_ == slot_.block);
+    after_trap_ = false;
+    in_slot_ = false;
+    if (slot) {
+      slot_ = {block.start, &block, flow_, returns_to_};
+    } else if (again) {
+      flow_ = slot_.flow;
+      returns_to_ = slot_.returns_to;
+    } else {
+      if (previous_ != nullptr) go(block);
+      flow_ = block.flow;
+      returns_to_ = block.end + (block.slot_missing ? 4 : 0);
+      in_slot_ = block.slot_missing;
+    }
+    if (tree_.empty()) tree_.enter(block.function, ~0U, false, now());
   }
-  if (tree_.empty()) tree_.enter(block.function, ~0U, false, now());
   function_ = block.function;
   ++block.runs;
   fetch(block);
@@ -43,6 +55,21 @@ void Profiler::enter(Block& block) {
   instructions_ += block.length;
   in_flight_.after(block, clock_);
   previous_ = &block;
+}
+
+/// What a trap does counts where it struck; then all goes on as if it had not been. The instruction that met
+/// it, which runs once more, may have been a jump's delay slot.
+bool Profiler::trapped(const Block& block) {
+  if (block.function == trap_table_ && !in_trap_) {
+    in_trap_ = true;
+    clock_ += static_cast<std::uint64_t>(timing_.trap);
+  } else if (in_trap_ && previous_->ends_trap) {
+    in_trap_ = false;
+    after_trap_ = true;
+    in_slot_ = false;
+    flow_ = Flow::kNext;
+  }
+  return in_trap_;
 }
 
 /// What the end of the block before has led to.

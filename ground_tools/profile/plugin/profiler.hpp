@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "block.hpp"
-#include "cache.hpp"
-#include "call_tree.hpp"
-#include "symbols.hpp"
-#include "timing.hpp"
+#include "profile/plugin/block.hpp"
+#include "profile/plugin/cache.hpp"
+#include "profile/plugin/call_tree.hpp"
+#include "profile/plugin/symbols.hpp"
+#include "profile/plugin/timing.hpp"
 
 namespace cairn::profile {
 
@@ -54,6 +54,13 @@ class Profiler {
     std::uint64_t data = 0;
     std::uint64_t stalled = 0;  ///< cycles
   };
+  /// The delay slot that ran last in a block of its own, and where its jump goes.
+  struct Slot {
+    std::uint32_t at = ~0U;
+    const Block* block = nullptr;
+    Flow flow = Flow::kNext;
+    std::uint32_t returns_to = 0;
+  };
   struct FrameSpan {
     std::uint64_t at;  ///< instructions executed before it
     Cost whole;
@@ -61,6 +68,7 @@ class Profiler {
   };
 
   Cost now() const { return {instructions_, clock_}; }
+  bool trapped(const Block& block);
   void go(const Block& block);
   void returned(const Block& block);
   void jumped(const Block& block);
@@ -90,6 +98,10 @@ class Profiler {
   Flow flow_ = Flow::kNext;
   std::uint32_t returns_to_ = 0;
   bool in_slot_ = false;
+  Slot slot_;
+  int trap_table_ = -1;
+  bool in_trap_ = false;
+  bool after_trap_ = false;
   std::uint32_t last_line_ = ~0U;
   int function_ = 0;
 

@@ -1,4 +1,4 @@
-#include "symbols.hpp"
+#include "profile/plugin/symbols.hpp"
 
 #include <algorithm>
 #include <fstream>

@@ -1,7 +1,8 @@
-#include "timing.hpp"
+#include "profile/plugin/timing.hpp"
 
 #include <toml++/toml.h>
 #include <stdexcept>
+#include <vector>
 
 namespace cairn::profile {
 namespace {
@@ -97,6 +98,10 @@ Timing read_timing(const std::string& path) {
   out.history_entries = file.number(branch, "history_entries", 0, 1 << 20, "branch");
   if (out.history_entries != 0 && !power_of_two(static_cast<std::uint32_t>(out.history_entries)))
     file.fail("branch: history_entries must be a power of two, or 0");
+  if (const toml::table* traps = file.root()["trap"].as_table()) {
+    out.trap_table = (*traps)["table"].value_or(std::string());
+    out.trap = file.number(*traps, "cycles", 0, 1000, "trap");
+  }
   std::vector<std::string> units;
   for (int i = 0; i < kClasses; ++i) out.cost[i] = class_cost(file, kClassNames[i], units);
   out.instruction_cache = shape(file, "instruction_cache");

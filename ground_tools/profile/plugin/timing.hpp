@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "cache.hpp"
-#include "instruction.hpp"
+#include "profile/plugin/cache.hpp"
+#include "profile/plugin/instruction.hpp"
 
 namespace cairn::profile {
 
@@ -27,6 +27,8 @@ struct Timing {
   int taken = 0;
   int mispredicted = 0;
   int history_entries = 0;
+  std::string trap_table;  ///< symbol at which traps enter; empty for none
+  int trap = 0;            ///< cycles until its first instruction
   ClassCost cost[kClasses];
   CacheShape instruction_cache;
   int fetch_miss = 0;
