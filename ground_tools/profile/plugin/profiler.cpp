@@ -93,8 +93,8 @@ void Profiler::go(const Block& block) {
     case Flow::kIndirectCall:
       if (block.start == returns_to_) return;  // `bcl 20,31,.+4` asks for its own address; or not taken
       clock_ += static_cast<std::uint64_t>(timing_.taken);
-      tree_.enter(block.function, returns_to_, false, now());
       if (block.function == mark_) frame_begins();
+      tree_.enter(block.function, returns_to_, false, now());
       return;
   }
 }
@@ -121,8 +121,8 @@ void Profiler::jumped(const Block& block) {
   const std::vector<CallTree::Frame>& stack = tree_.stack();
   if (stack.empty() || block.function == stack.back().function || block.function == 0) return;
   if (block.start == symbols_[static_cast<std::size_t>(block.function)].start) {
-    tree_.enter(block.function, stack.back().returns_to, true, now());
     if (block.function == mark_) frame_begins();
+    tree_.enter(block.function, stack.back().returns_to, true, now());
     return;
   }
   for (std::size_t depth = stack.size(); depth > 0; --depth) {
