@@ -146,7 +146,7 @@ bench: ## time and operations of a frame on this machine (DATASET=folder, defaul
 
 profile: ## model cycles of each job on the emulated processor against its budget (TARGET=ppc750|leon3; FRAME=n in detail)
 	@$(if $(BARE),:,echo 'make profile: give TARGET=$(subst $() ,|,$(filter-out host,$(TARGETS)))'; exit 1)
-	$(call install,$(DEPS_BUILD) $(DEPS_TARGET))
+	@$(MAKE) --no-print-directory deps-test
 	@$(MAKE) --no-print-directory -j$(JOBS) host-cairn $(PROFILER) $(B)/replay.elf $(BARE_BOARD)
 	@mkdir -p $(B)/profile
 	@printf 'Running the sample on the emulated processor, a few minutes\n'
