@@ -101,22 +101,18 @@ void Profiler::go(const Block& block) {
 
 void Profiler::returned(const Block& block) {
   const std::vector<CallTree::Frame>& stack = tree_.stack();
-  const auto ends = [&](const CallTree::Frame& frame) {  // +4: a SPARC function that returns a struct
-    return frame.returns_to == block.start || (timing_.sparc && frame.returns_to + 4 == block.start);
-  };
+  const bool home = !stack.empty() && stack.back().returns_to == block.start;
+  if (!home && !stack.empty() && stack.back().function == block.function) return;  // a switch
   for (std::size_t depth = stack.size(); depth > 0; --depth) {
-    if (depth != stack.size() || !ends(stack[depth - 1])) {
-      if (depth == stack.size() && block.function == stack[depth - 1].function) return;  // a switch
-      if (!ends(stack[depth - 1])) continue;
-    }
+    if (stack[depth - 1].returns_to != block.start) continue;
     while (depth > 1 && stack[depth - 1].tail) --depth;
-    tree_.leave_to(depth - 1, now());
-    return;
+    return tree_.leave_to(depth - 1, now());
   }
   jumped(block);
 }
 
-/// To another function without a call: a call in the tail, or the way back from a trap or a long jump.
+/// To another function without a call: a call in the tail, or the way back from a long jump or, on SPARC,
+/// from a function that returns a struct (four bytes further).
 void Profiler::jumped(const Block& block) {
   const std::vector<CallTree::Frame>& stack = tree_.stack();
   if (stack.empty() || block.function == stack.back().function || block.function == 0) return;
