@@ -144,6 +144,15 @@ bench: ## time and operations of a frame on this machine (DATASET=folder, defaul
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
 	@$(CAIRN) bench --dataset $(DATASET)
 
+profile: ## model cycles of each job on the emulated processor against its budget (TARGET=ppc750|leon3; FRAME=n in detail)
+	@$(if $(BARE),:,echo 'make profile: give TARGET=$(subst $() ,|,$(filter-out host,$(TARGETS)))'; exit 1)
+	@$(MAKE) --no-print-directory deps-test
+	@$(MAKE) --no-print-directory -j$(JOBS) host-cairn $(PROFILER) $(B)/replay.elf $(BARE_BOARD)
+	@mkdir -p $(B)/profile
+	@printf 'Running the sample on the emulated processor, a few minutes\n'
+	$(Q)$(call run_image,$(B)/replay.elf) -plugin $(PROFILER),elf=$(B)/replay.elf,timing=platform/$(TARGET)/timing.toml,budget=$(TIME_BUDGET),out=$(B)/profile/run.tsv$(if $(FRAME),$(comma)frame=$(FRAME)) >$(B)/profile/log || { cat $(B)/profile/log; exit 1; }
+	@build/host/cairn profile $(B)/profile/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(B)/profile $(if $(CLOCK_MHZ),--clock $(CLOCK_MHZ))
+
 size: ## code, constants and static memory of the flight library, by module and part, against their budgets
 	@$(MAKE) --no-print-directory deps-check
 	@$(MAKE) --no-print-directory -j$(JOBS) check-memory
@@ -231,6 +240,17 @@ $(B)/unit_tests/%.o: unit_tests/%.cpp | $(BARE_HEADERS)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(TESTING) -isystem /usr/include/gdal -c $< -o $@
 
+# QEMU's plugin: of the host whatever the target, and the same for every build.
+PROFILER      := build/profiler.so
+PROFILER_SRC  := $(sort $(wildcard ground_tools/profile/plugin/*.cpp)) ground_tools/profile/function_name.cpp
+TIME_BUDGET   := mission_cfg/timing_budget.toml
+FRAME         ?=
+CLOCK_MHZ     ?=
+$(PROFILER): $(PROFILER_SRC) $(wildcard ground_tools/profile/plugin/*.hpp) ground_tools/profile/function_name.hpp
+	@mkdir -p $(@D)
+	$(call say,CXX,$@)
+	$(Q)g++ -std=c++17 -O2 $(WARN) -Iground_tools -fPIC -shared -fvisibility=hidden $(PROFILER_SRC) -o $@
+
 archive = $(Q)rm -f $@ && $(AR) rcsD $@ $(filter %.o,$^)
 $(FSW_LIB): $(call obj,$(FSW_SRC))
 	$(archive)
@@ -256,8 +276,11 @@ $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
 $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
+# The model is tested without QEMU, and the plugin with it.
+$(B)/tests/ground_tools/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
+$(B)/tests/ground_tools/test_profile_plugin: $(PROFILER)
 # These run the program.
-$(B)/tests/ground_tools/test_cmd_run $(B)/tests/ground_tools/test_report: $(CAIRN)
+$(B)/tests/ground_tools/test_cmd_run $(B)/tests/ground_tools/test_report $(B)/tests/ground_tools/test_profile: $(CAIRN)
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
@@ -372,6 +395,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: host-cairn help all lib clean demo paper campaign realism bench size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check
+.PHONY: host-cairn help all lib clean demo paper campaign realism bench profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check
 .SECONDARY:
 .DELETE_ON_ERROR:

@@ -13,5 +13,6 @@ void add_report_command(CLI::App& app);    ///< cairn report   (cmd_report.cpp)
 void add_campaign_command(CLI::App& app);  ///< cairn campaign   (cmd_campaign.cpp)
 void add_tape_command(CLI::App& app);      ///< cairn tape   (cmd_tape.cpp)
 void add_bench_command(CLI::App& app);     ///< cairn bench   (cmd_bench.cpp)
+void add_profile_command(CLI::App& app);   ///< cairn profile   (cmd_profile.cpp)
 
 }  // namespace cairn::ground

@@ -56,6 +56,27 @@ std::string script_safe(const ordered_json& json) {
 
 }  // namespace
 
+std::string single_page(const std::string& title, const std::string& style, const std::string& body,
+                        const ordered_json& data, const std::string& script) {
+  std::string page;
+  page +=
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
+      "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>";
+  page += title;
+  page += "</title>\n<style>\n";
+  page += style;
+  page += "</style>\n</head>\n<body>\n";
+  page += body;
+  page += "<script type=\"application/json\" id=\"data\">";
+  page += script_safe(data);
+  page += "</script>\n<script>\n";
+  page += script;
+  page += "</script>\n</body>\n</html>\n";
+  return page;
+}
+
 std::string report_page(std::vector<ordered_json> runs) {
   make_names_differ(runs);
   PictureStore store;
@@ -66,21 +87,7 @@ std::string report_page(std::vector<ordered_json> runs) {
     }
   }
   const ordered_json data = {{"runs", runs}, {"pictures", store.pictures()}};
-  std::string page;
-  page +=
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>Cairn report</title>\n<style>\n";
-  page += kPageStyle;
-  page += "</style>\n</head>\n<body>\n";
-  page += kPageBody;
-  page += "<script type=\"application/json\" id=\"data\">";
-  page += script_safe(data);
-  page += "</script>\n<script>\n";
-  page += kPageScript;
-  page += "</script>\n</body>\n</html>\n";
-  return page;
+  return single_page("Cairn report", kPageStyle, kPageBody, data, kPageScript);
 }
 
 }  // namespace cairn::ground
