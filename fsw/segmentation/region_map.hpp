@@ -43,6 +43,9 @@ class RegionMap {
   /// them. To be called in ascending order over all numbers.
   void compress(int first, int last);
 
+  /// The same for one number whose parent points at its root already, without the mean. Returns the root.
+  std::uint16_t shorten(std::uint16_t number) { return parent_[number] = parent_[parent_[number]]; }
+
   /// Replaces the numbers of the pixels of row `y` by their roots, which a whole compress() since the last
   /// merge has made known.
   void flatten_row(int y);
@@ -54,6 +57,8 @@ class RegionMap {
   /// Numbers of the pixels of row `y`, width() of them: roots if flatten_row() has run since the last merge.
   const std::uint16_t* row(int y) const;
   std::uint16_t root_of(std::uint16_t number) const;
+  /// Its root, if it points at it directly.
+  std::uint16_t parent(std::uint16_t number) const { return parent_[number]; }
   bool is_root(std::uint16_t number) const { return parent_[number] == number; }
   std::uint32_t area_px(std::uint16_t root) const { return area_px_[root]; }
   /// Mean grey value in 1/256 of a grey level, rounded down.
