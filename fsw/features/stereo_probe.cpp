@@ -11,15 +11,19 @@ constexpr int kWords = kSide * kSide / 2;  // of a window
 constexpr std::uint32_t kSigns = 0x80008000U;
 constexpr std::uint32_t kLargest = kSide * kSide * 255;  // no sum of differences is larger
 
-/// Both halves, each below 2^15: a - b where it is positive, else 0. |a - b| = 2 above(a, b) + b - a.
-std::uint32_t above(std::uint32_t a, std::uint32_t b) {
-  const std::uint32_t difference = (a | kSigns) - b;
+std::uint32_t complement(std::uint32_t b) { return kSigns - b; }
+
+/// Both halves, each below 2^15, of `b` its complement: a - b where it is positive, else 0.
+/// |a - b| = 2 above(a, complement(b)) + b - a.
+std::uint32_t above(std::uint32_t a, std::uint32_t b_complement) {
+  const std::uint32_t difference = a + b_complement;
   const std::uint32_t sign = difference & kSigns;
   return difference & (sign - (sign >> 15U));
 }
 
 std::uint32_t both_halves(std::uint32_t word) { return (word >> 16U) + (word & 0xFFFFU); }
 
+/// Of words and complements.
 std::uint32_t sum_above(const std::uint32_t* a, const std::uint32_t* b, int words) {
   std::uint32_t sum = 0;
   for (int k = 0; k < words; k += 4) {
@@ -36,8 +40,9 @@ bool has_texture(const std::uint32_t* window, int least) {
   int sum = 0;
   for (int k = 0; k + 4 < kWords && sum < least; k += 4) {
     const std::uint32_t* here = window + k;
-    sum += static_cast<int>(
-        both_halves(2 * sum_above(here + 4, here, 4) + column_sum(here) - column_sum(here + 4)));
+    std::uint32_t halves = 0;
+    for (int j = 0; j < 4; ++j) halves += 2 * above(here[j + 4], complement(here[j])) + here[j] - here[j + 4];
+    sum += static_cast<int>(both_halves(halves));
   }
   return sum >= least;
 }
@@ -73,8 +78,8 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
   while (status_ == ProbeStatus::kRunning) {
     if (!prepared_) {
       if (!budget.take(12U * static_cast<std::uint32_t>(left_.width))) return Progress::kMore;
-      prepare(left_, v_, left_band_);
-      prepare(right_, v_, right_band_);
+      prepare(left_, v_, left_band_, false);
+      prepare(right_, v_, right_band_, true);
       prepared_ = true;
     }
     const Range range = search_range(u_, v_);
@@ -93,18 +98,21 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
   return Progress::kDone;
 }
 
-void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band) {
+void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band, bool complements) {
   const std::uint8_t* rows[kSide];
   for (int j = 0; j < kSide; ++j) rows[j] = image.row(v - kHalf + j);
   std::uint32_t* pairs = band.pairs;
-  std::uint32_t quarter = 0;
+  std::uint32_t before[3] = {};  // sums of the last columns
   for (int x = 0; x < image.width; ++x, pairs += 4) {
     for (int j = 0; j < kHalf; ++j) pairs[j] = std::uint32_t{rows[j][x]} << 16U | rows[j + kHalf][x];
-    band.columns[x] = column_sum(pairs);
-    quarter += band.columns[x];
-    if (x < 3) continue;
-    band.quarters[x - 3] = quarter;
-    quarter -= band.columns[x - 3];
+    const std::uint32_t sum = column_sum(pairs);
+    if (x >= 3) band.quarters[x - 3] = before[0] + before[1] + before[2] + sum;
+    before[0] = before[1];
+    before[1] = before[2];
+    before[2] = sum;
+    band.columns[x] = complements ? complement(sum) : sum;
+    if (!complements) continue;
+    for (int j = 0; j < kHalf; ++j) pairs[j] = complement(pairs[j]);
   }
 }
 
@@ -133,7 +141,8 @@ void StereoProbeJob::scan(Search& s, int from_d, int to_d, int by) const {
   std::uint32_t most = s.limit + s.left_sum;
   for (int d = from_d; d != to_d + by; d += by, right -= by) {
     const std::uint32_t quarters =
-        2 * (above(left[0], right[0]) + above(left[1], right[kHalf])) + right[0] + right[kHalf];
+        2 * (above(left[0], complement(right[0])) + above(left[1], complement(right[kHalf]))) + right[0] +
+        right[kHalf];
     if (both_halves(quarters) > most) continue;
     compare(s, d);
     most = s.limit + s.left_sum;

@@ -95,7 +95,7 @@ class StereoProbeJob {
     Compared compared[kMaxRange];
   };
 
-  static void prepare(const ImageU8& image, int v, Band& band);
+  static void prepare(const ImageU8& image, int v, Band& band, bool complements);
   Range search_range(int u, int v) const;
   std::uint32_t limit_above(std::uint32_t least) const;
   void scan(Search& search, int from_d, int to_d, int by) const;

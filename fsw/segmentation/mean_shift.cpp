@@ -116,19 +116,19 @@ std::uint32_t sum_of_pairs(std::uint32_t word) { return (word & 0x00FF00FFU) + (
 class Range {
  public:
   Range(int low, int high)
-      : low7_(static_cast<std::uint32_t>(low & 0x7F) * kOnes),
+      : offset_(static_cast<std::uint32_t>(0x80 - (low & 0x7F)) * kOnes),
         flip_((low & 0x80) != 0 ? 0U : kHigh),
         beyond_(static_cast<std::uint32_t>(127 - (high - low)) * kOnes) {}
 
   /// 0x80 in each byte of `valid` (kHigh or a part of it) that lies between. `above`: by how much, modulo
   /// 256. A byte below the lower value comes out above every span.
   std::uint32_t members(std::uint32_t word, std::uint32_t valid, std::uint32_t& above) const {
-    above = ((word | kHigh) - low7_) ^ ((word & kHigh) ^ flip_);
+    above = ((word & ~kHigh) + offset_) ^ ((word & kHigh) ^ flip_);
     return ~(((above & ~kHigh) + beyond_) | above) & valid;
   }
 
  private:
-  std::uint32_t low7_;
+  std::uint32_t offset_;
   std::uint32_t flip_;
   std::uint32_t beyond_;
 };
