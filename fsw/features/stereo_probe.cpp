@@ -7,31 +7,44 @@ namespace {
 
 constexpr int kSide = 8;
 constexpr int kHalf = kSide / 2;
-constexpr int kMaxRange = 256;
+constexpr int kWords = kSide * kSide / 2;  // of a window
+constexpr std::uint32_t kSigns = 0x80008000U;
+constexpr std::uint32_t kLargest = kSide * kSide * 255;  // no sum of differences is larger
 
-/// Sum of absolute differences of two 8 x 8 windows.
-std::uint32_t difference(const std::uint8_t* a, int a_stride, const std::uint8_t* b, int b_stride) {
+std::uint32_t complement(std::uint32_t b) { return kSigns - b; }
+
+/// Both halves, each below 2^15, of `b` its complement: a - b where it is positive, else 0.
+/// |a - b| = 2 above(a, complement(b)) + b - a.
+std::uint32_t above(std::uint32_t a, std::uint32_t b_complement) {
+  const std::uint32_t difference = a + b_complement;
+  const std::uint32_t sign = difference & kSigns;
+  return difference & (sign - (sign >> 15U));
+}
+
+std::uint32_t both_halves(std::uint32_t word) { return (word >> 16U) + (word & 0xFFFFU); }
+
+/// Of words and complements.
+std::uint32_t sum_above(const std::uint32_t* a, const std::uint32_t* b, int words) {
   std::uint32_t sum = 0;
-  for (int j = 0; j < kSide; ++j) {
-    for (int i = 0; i < kSide; ++i) {
-      const int d = static_cast<int>(a[i]) - static_cast<int>(b[i]);
-      sum += static_cast<std::uint32_t>(d < 0 ? -d : d);
-    }
-    a += a_stride;
-    b += b_stride;
+  for (int k = 0; k < words; k += 4) {
+    sum += above(a[k], b[k]) + above(a[k + 1], b[k + 1]);
+    sum += above(a[k + 2], b[k + 2]) + above(a[k + 3], b[k + 3]);
   }
   return sum;
 }
 
-int texture(const std::uint8_t* a, int stride) {
+std::uint32_t column_sum(const std::uint32_t* pairs) { return pairs[0] + pairs[1] + pairs[2] + pairs[3]; }
+
+/// Is the sum of the differences of horizontal neighbours in a window at least so large?
+bool has_texture(const std::uint32_t* window, int least) {
   int sum = 0;
-  for (int j = 0; j < kSide; ++j, a += stride) {
-    for (int i = 0; i + 1 < kSide; ++i) {
-      const int d = static_cast<int>(a[i + 1]) - static_cast<int>(a[i]);
-      sum += d < 0 ? -d : d;
-    }
+  for (int k = 0; k + 4 < kWords && sum < least; k += 4) {
+    const std::uint32_t* here = window + k;
+    std::uint32_t halves = 0;
+    for (int j = 0; j < 4; ++j) halves += 2 * above(here[j + 4], complement(here[j])) + here[j] - here[j + 4];
+    sum += static_cast<int>(both_halves(halves));
   }
-  return sum;
+  return sum >= least;
 }
 
 }  // namespace
@@ -51,25 +64,56 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
   left_ = left;
   right_ = right;
   plane_ = plane;
+  // Up to the double of the least sum: further than that there is little to dismiss.
+  limit_q16_ = params.uniqueness >= 0.5 && params.uniqueness <= 1.0
+                   ? static_cast<std::uint32_t>(65536.0 / params.uniqueness) + 1U
+                   : 0U;
   u_ = v_ = kHalf;
+  prepared_ = false;
+  last_d_ = 0;
   return status_ = ProbeStatus::kRunning;
 }
 
 Progress StereoProbeJob::step(WorkBudget& budget) {
   while (status_ == ProbeStatus::kRunning) {
+    if (!prepared_) {
+      if (!budget.take(12U * static_cast<std::uint32_t>(left_.width))) return Progress::kMore;
+      prepare(left_, v_, left_band_, false);
+      prepare(right_, v_, right_band_, true);
+      prepared_ = true;
+    }
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
-    if (!budget.take(16U + (steps > 0 ? 64U * static_cast<std::uint32_t>(steps) : 0U)))
+    if (!budget.take(100U + (steps > 0 ? 4U * static_cast<std::uint32_t>(steps) : 0U)))
       return Progress::kMore;
-    if (steps >= 4) probe(u_, v_, range);
+    if (steps >= 4) budget.charge(probe(u_, v_, range));
     u_ += kSpacing;
     if (u_ + kHalf > left_.width) {
       u_ = kHalf;
       v_ += kSpacing;
+      prepared_ = false;
       if (v_ + kHalf > left_.height) status_ = ProbeStatus::kDone;
     }
   }
   return Progress::kDone;
+}
+
+void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band, bool complements) {
+  const std::uint8_t* rows[kSide];
+  for (int j = 0; j < kSide; ++j) rows[j] = image.row(v - kHalf + j);
+  std::uint32_t* pairs = band.pairs;
+  std::uint32_t before[3] = {};  // sums of the last columns
+  for (int x = 0; x < image.width; ++x, pairs += 4) {
+    for (int j = 0; j < kHalf; ++j) pairs[j] = std::uint32_t{rows[j][x]} << 16U | rows[j + kHalf][x];
+    const std::uint32_t sum = column_sum(pairs);
+    if (x >= 3) band.quarters[x - 3] = before[0] + before[1] + before[2] + sum;
+    before[0] = before[1];
+    before[1] = before[2];
+    before[2] = sum;
+    band.columns[x] = complements ? complement(sum) : sum;
+    if (!complements) continue;
+    for (int j = 0; j < kHalf; ++j) pairs[j] = complement(pairs[j]);
+  }
 }
 
 StereoProbeJob::Range StereoProbeJob::search_range(int u, int v) const {
@@ -85,33 +129,100 @@ StereoProbeJob::Range StereoProbeJob::search_range(int u, int v) const {
   return {range.low, range.high - range.low < kMaxRange ? range.high : range.low + kMaxRange - 1};
 }
 
-void StereoProbeJob::probe(int u, int v, const Range& range) {
-  const std::uint8_t* window = left_.row(v - kHalf) + (u - kHalf);
-  if (texture(window, left_.stride) < params_.min_texture) return;
-  const std::uint8_t* target = right_.row(v - kHalf) + (u - kHalf);
-  std::uint32_t sums[kMaxRange];
-  int best = range.low;
-  for (int d = range.low; d <= range.high; ++d) {
-    sums[d - range.low] = difference(window, left_.stride, target - d, right_.stride);
-    if (sums[d - range.low] < sums[best - range.low]) best = d;
+/// No rival of `least` (see judge) is larger.
+std::uint32_t StereoProbeJob::limit_above(std::uint32_t least) const {
+  return limit_q16_ == 0 ? kLargest : (least * limit_q16_ >> 16U) + 1U;
+}
+
+/// Looks at the disparities from one to another, both inside.
+void StereoProbeJob::scan(Search& s, int from_d, int to_d, int by) const {
+  const std::uint32_t left[2] = {left_band_.quarters[s.x], left_band_.quarters[s.x + kHalf]};
+  const std::uint32_t* right = &right_band_.quarters[s.x - from_d];
+  std::uint32_t most = s.limit + s.left_sum;
+  for (int d = from_d; d != to_d + by; d += by, right -= by) {
+    const std::uint32_t quarters =
+        2 * (above(left[0], complement(right[0])) + above(left[1], complement(right[kHalf]))) + right[0] +
+        right[kHalf];
+    if (both_halves(quarters) > most) continue;
+    compare(s, d);
+    most = s.limit + s.left_sum;
   }
-  if (best == range.low || best == range.high) return;
+}
+
+/// Compares the windows at disparity `d`, unless their columns tell that it cannot matter.
+void StereoProbeJob::compare(Search& s, int d) const {
+  const std::uint32_t* right = &right_band_.columns[s.x - d];
+  const std::uint32_t columns = 2 * sum_above(&left_band_.columns[s.x], right, kSide) +
+                                right_band_.quarters[s.x - d] + right_band_.quarters[s.x + kHalf - d];
+  s.cost += kSide;
+  if (both_halves(columns) > s.limit + s.left_sum) return;
+  const Compared now = {d, difference(s, d)};
+  s.cost += kWords;
+  s.compared[s.count++] = now;
+  if (now.sum > s.best.sum || (now.sum == s.best.sum && d > s.best.d)) return;
+  s.best = now;
+  s.limit = limit_above(now.sum);
+}
+
+/// Sum of absolute differences of the windows at disparity `d`.
+std::uint32_t StereoProbeJob::difference(const Search& s, int d) const {
+  const int x = s.x - d;
+  return both_halves(2 * sum_above(&left_band_.pairs[4 * s.x], &right_band_.pairs[4 * x], kWords) +
+                     right_band_.quarters[x] + right_band_.quarters[x + kHalf]) -
+         s.left_sum;
+}
+
+/// Returns the cost above that of looking at each disparity.
+std::uint32_t StereoProbeJob::probe(int u, int v, const Range& range) {
+  Search s;
+  s.x = u - kHalf;
+  if (!has_texture(&left_band_.pairs[4 * s.x], params_.min_texture)) return 0;
+  s.left_sum = both_halves(left_band_.quarters[s.x] + left_band_.quarters[s.x + kHalf]);
+  s.best = {0, UINT32_MAX};
+  s.limit = kLargest;
+  s.cost = 0;
+  s.count = 0;
+  int first = last_d_ < range.low ? range.low : last_d_;
+  if (first > range.high) first = range.high;
+  scan(s, first, range.high, 1);
+  scan(s, first - 1, range.low, -1);
+  last_d_ = s.best.d;
+  StereoProbe found = {static_cast<std::int16_t>(u), static_cast<std::int16_t>(v), 0.0F};
+  if (judge(s, range, found.d_px)) {
+    const bool fits = probes_.push_back(found);
+    CAIRN_ASSERT(fits);
+  }
+  return s.cost;
+}
+
+/// False: the best disparity lies at an end of the range or has a rival.
+bool StereoProbeJob::judge(const Search& s, const Range& range, float& d_px) const {
+  const int best = s.best.d;
+  if (best == range.low || best == range.high) return false;
   std::uint32_t rival = UINT32_MAX;
-  for (int d = range.low; d <= range.high; ++d) {
-    const bool apart = d < best - 2 || d > best + 2;
-    if (apart && sums[d - range.low] < rival) rival = sums[d - range.low];
+  std::uint32_t beside[2] = {UINT32_MAX, UINT32_MAX};
+  for (int i = 0; i < s.count; ++i) {
+    const Compared& other = s.compared[i];
+    const bool apart = other.d < best - 2 || other.d > best + 2;
+    if (apart && other.sum < rival) rival = other.sum;
+    if (other.d == best - 1) beside[0] = other.sum;
+    if (other.d == best + 1) beside[1] = other.sum;
   }
-  const std::uint32_t s0 = sums[best - range.low];
-  if (rival != UINT32_MAX && static_cast<double>(s0) >= params_.uniqueness * static_cast<double>(rival))
-    return;
-  const auto before = static_cast<float>(sums[best - 1 - range.low]);
-  const auto after = static_cast<float>(sums[best + 1 - range.low]);
-  const float steeper = before > after ? before - static_cast<float>(s0) : after - static_cast<float>(s0);
+  if (rival != UINT32_MAX &&
+      static_cast<double>(s.best.sum) >= params_.uniqueness * static_cast<double>(rival)) {
+    return false;
+  }
+  for (int side = 0; side < 2; ++side) {
+    if (beside[side] != UINT32_MAX) continue;
+    beside[side] = difference(s, side == 0 ? best - 1 : best + 1);
+  }
+  const auto before = static_cast<float>(beside[0]);
+  const auto after = static_cast<float>(beside[1]);
+  const auto least = static_cast<float>(s.best.sum);
+  const float steeper = before > after ? before - least : after - least;
   const float offset = steeper > 0.0F ? 0.5F * (before - after) / steeper : 0.0F;
-  const StereoProbe found = {static_cast<std::int16_t>(u), static_cast<std::int16_t>(v),
-                             static_cast<float>(best) + offset};
-  const bool fits = probes_.push_back(found);
-  CAIRN_ASSERT(fits);
+  d_px = static_cast<float>(best) + offset;
+  return true;
 }
 
 }  // namespace cairn

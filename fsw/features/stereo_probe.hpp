@@ -7,7 +7,20 @@
 /// V through three differences). Left out: windows without horizontal texture, minima at the end of the
 /// range, and minima that a second one rivals.
 ///
-/// Source: block matching after Kanade & Okutomi 1994; equiangular fit Shimizu & Okutomi 2001.
+/// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the window
+/// are together no larger than the sum of the pixels' differences, so that where they exceed what could still
+/// be the least or its rival, the disparity is neither (successive elimination; first the window's quarters,
+/// then its half columns). The search begins at the last probe's disparity, next to which the least usually
+/// lies. The answer is that of the whole comparison, to the bit.
+///
+/// Two pixels at a time: a band of eight rows is stored as words that hold one pixel of the upper four rows
+/// and one of the lower four, sixteen bits each.
+///
+/// Source: block matching after Kanade & Okutomi 1994; equiangular fit Shimizu & Okutomi 2001; elimination Li
+/// & Salari, IEEE Trans. Image Processing 4(1), 1995.
+///
+/// Cost, operations: a row of probes 12 a column; a probe 100, 4 a disparity, 8 for each that the quarters do
+/// not dismiss (some 8 of 40) and 32 for each that is compared whole (some 4).
 #pragma once
 
 #include <cstdint>
@@ -48,7 +61,7 @@ class StereoProbeJob {
   /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. Images are borrowed until done.
   ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
                     const Vec3& plane);
-  /// Unit: one probe.
+  /// Unit: the preparation of one row of probes, or one probe.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
   /// Found disparities, row by row.
@@ -59,16 +72,50 @@ class StereoProbeJob {
     int low;
     int high;
   };
+  static constexpr int kMaxRange = 256;
+  /// Eight rows of an image, in columns of words with a pixel of the upper four rows in the upper half and
+  /// the one four rows below it in the lower half.
+  struct Band {
+    std::uint32_t pairs[4 * cfg::kImageWidth];
+    std::uint32_t columns[cfg::kImageWidth];   ///< sums of the four, halves as above
+    std::uint32_t quarters[cfg::kImageWidth];  ///< sums of four columns, from this one on
+  };
+  struct Compared {
+    int d;
+    std::uint32_t sum;
+  };
+  /// One probe's.
+  struct Search {
+    int x;                   ///< left rim of the window in the left image
+    std::uint32_t left_sum;  ///< grey values of that window
+    Compared best;
+    std::uint32_t limit;  ///< sums above it are neither the least nor its rival
+    std::uint32_t cost;
+    int count;
+    Compared compared[kMaxRange];
+  };
+
+  static void prepare(const ImageU8& image, int v, Band& band, bool complements);
   Range search_range(int u, int v) const;
-  void probe(int u, int v, const Range& range);
+  std::uint32_t limit_above(std::uint32_t least) const;
+  void scan(Search& search, int from_d, int to_d, int by) const;
+  void compare(Search& search, int d) const;
+  std::uint32_t difference(const Search& search, int d) const;
+  std::uint32_t probe(int u, int v, const Range& range);
+  bool judge(const Search& search, const Range& range, float& d_px) const;
 
   ProbeStatus status_ = ProbeStatus::kIdle;
   StereoProbeParams params_;
   ImageU8 left_;
   ImageU8 right_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
+  std::uint32_t limit_q16_ = 0;  ///< 1 / uniqueness, rounded up; 0: nothing can be dismissed
   int u_ = 0;
   int v_ = 0;
+  bool prepared_ = false;  ///< the bands hold the rows about v_
+  int last_d_ = 0;         ///< where the last search ended
+  Band left_band_;
+  Band right_band_;
   Probes probes_;
 };
 

@@ -50,8 +50,11 @@ void ClusteringJob::spread_unit() {
   }
   const std::size_t at = queue_[cursor_++];
   const double cut2 = params_.cut_m * params_.cut_m;
+  const ClusterPoint* points = points_.data();
   for (std::size_t i = seed_ + 1; i < points_.size(); ++i) {
-    if (root_of_[i] != kNone || distance2(at, i) > cut2) continue;
+    if (root_of_[i] != kNone) continue;
+    const double dx = points[i].p_m.x() - points[at].p_m.x();
+    if (dx * dx > cut2 || distance2(at, i) > cut2) continue;  // most are far off on the first axis
     root_of_[i] = root_of_[at];
     queue_[queue_size_++] = static_cast<std::uint16_t>(i);
   }

@@ -91,13 +91,18 @@ std::size_t EvidenceJob::first_at_or_below(int v) const {
 void EvidenceJob::judge(const RegionBox& region) {
   const RegionBox wide = widen(region, 0.5, 12);
   const RegionBox near = widen(region, 0.25, 6);
-  Plane ground{};
-  if (params_.test_height && !fit_ground(wide, region.label, ground)) {
-    ++untested_;
-    return;
-  }
   const std::size_t begin = first_at_or_below(near.v_min);
   const std::size_t end = first_at_or_below(near.v_max + 1);
+  Plane ground{};
+  if (params_.test_height) {
+    gather_ground(wide, region.label);
+    if (static_cast<int>(ground_.size()) < params_.min_ground_points) {
+      ++untested_;
+      return;
+    }
+    if (points_of(region.label, begin, end) < params_.min_raised) return;  // the plane is not needed
+    fit_ground(ground);
+  }
   const auto is_raised = [&](const SurfacePoint& p) {
     if (!params_.test_height) return p.label == region.label;
     const double h = ground.height(p.p_site_m);
@@ -122,40 +127,45 @@ void EvidenceJob::judge(const RegionBox& region) {
   }
 }
 
-bool EvidenceJob::fit_ground(const RegionBox& widened, std::uint8_t label, Plane& plane) const {
-  const std::size_t begin = first_at_or_below(widened.v_min);
+void EvidenceJob::gather_ground(const RegionBox& widened, std::uint8_t label) {
   const std::size_t end = first_at_or_below(widened.v_max + 1);
-  const auto is_ground = [&](const SurfacePoint& p) {
-    return p.label != label && p.u >= widened.u_min && p.u <= widened.u_max;
-  };
-  plane = {};
-  int count = 0;
-  for (std::size_t i = begin; i < end; ++i) {
+  ground_.clear();
+  for (std::size_t i = first_at_or_below(widened.v_min); i < end; ++i) {
     const SurfacePoint& p = (*points_)[i];
-    if (!is_ground(p)) continue;
-    plane.x0 += p.p_site_m.x();
-    plane.y0 += p.p_site_m.y();
-    ++count;
+    if (p.label == label || p.u < widened.u_min || p.u > widened.u_max) continue;
+    CAIRN_ASSERT(ground_.push_back(static_cast<std::uint16_t>(i)));
   }
-  if (count < params_.min_ground_points) return false;
-  plane.x0 /= count;
-  plane.y0 /= count;
+}
+
+int EvidenceJob::points_of(std::uint8_t label, std::size_t begin, std::size_t end) const {
+  int count = 0;
+  for (std::size_t i = begin; i < end; ++i) count += (*points_)[i].label == label ? 1 : 0;
+  return count;
+}
+
+void EvidenceJob::fit_ground(Plane& plane) const {
+  plane = {};
+  const SurfacePoint* points = points_->data();
+  for (const std::uint16_t i : ground_) {
+    plane.x0 += points[i].p_site_m.x();
+    plane.y0 += points[i].p_site_m.y();
+  }
+  plane.x0 /= static_cast<double>(ground_.size());
+  plane.y0 /= static_cast<double>(ground_.size());
   for (int iteration = 0; iteration < kPlaneIterations; ++iteration) {
     PlaneSums sums;
-    for (std::size_t i = begin; i < end; ++i) {
-      const SurfacePoint& p = (*points_)[i];
-      if (!is_ground(p)) continue;
+    for (const std::uint16_t i : ground_) {
+      const Vec3& p = points[i].p_site_m;
       double w = 1.0;
       if (iteration > 0) {
-        const double r = plane.height(p.p_site_m) / params_.plane_scale_m;
+        const double r = plane.height(p) / params_.plane_scale_m;
         const double above = 1.0 + r * r;
         w = r > 0.0 ? 1.0 / (above * above) : 1.0 / (1.0 + 0.25 * r * r);
       }
-      sums.add(w, p.p_site_m.x() - plane.x0, p.p_site_m.y() - plane.y0, p.p_site_m.z());
+      sums.add(w, p.x() - plane.x0, p.y() - plane.y0, p.z());
     }
     sums.solve(plane.a, plane.b, plane.c);
   }
-  return true;
 }
 
 }  // namespace cairn

@@ -79,7 +79,9 @@ class EvidenceJob {
   };
   std::size_t first_at_or_below(int v) const;
   void judge(const RegionBox& region);
-  bool fit_ground(const RegionBox& widened, std::uint8_t label, Plane& plane) const;
+  void gather_ground(const RegionBox& widened, std::uint8_t label);
+  int points_of(std::uint8_t label, std::size_t begin, std::size_t end) const;
+  void fit_ground(Plane& plane) const;
 
   EvidenceStatus status_ = EvidenceStatus::kIdle;
   EvidenceParams params_;
@@ -88,7 +90,8 @@ class EvidenceJob {
   std::size_t next_ = 0;
   int boulders_ = 0;
   int untested_ = 0;
-  std::uint16_t row_begin_[cfg::kImageHeight + 1] = {};  ///< first point at or below row v
+  FixedVector<std::uint16_t, kMaxSurfacePoints> ground_;  ///< points around the region at hand
+  std::uint16_t row_begin_[cfg::kImageHeight + 1] = {};   ///< first point at or below row v
 };
 
 }  // namespace cairn

@@ -12,6 +12,25 @@ int larger(int a, int b) { return a > b ? a : b; }
 int smaller(int a, int b) { return a < b ? a : b; }
 int magnitude(int a) { return a < 0 ? -a : a; }
 
+struct Point {
+  int x;
+  int y;
+  int grey;
+};
+
+/// `floor` + `rest` / `count` rounded to an integer, halves to even.
+int rounded(int floor, int rest, int count) {
+  return floor + static_cast<int>(2 * rest > count || (2 * rest == count && (floor & 1) != 0));
+}
+
+/// Rounded quotient of two numbers that are not negative, halves to even.
+int rounded_mean(int sum, int count) {
+  const int floor = sum / count;
+  return rounded(floor, sum - floor * count, count);
+}
+
+// ---- by pixels --------------------------------------------------------------------------------------------
+
 /// Sums over the members of one row of a window.
 struct RowSums {
   int count = 0;
@@ -34,11 +53,139 @@ RowSums sum_row(const std::uint8_t* row, int x_first, int x_last, int grey, int 
   return sums;
 }
 
-/// Rounded quotient of two numbers that are not negative, halves to even.
-int rounded_mean(int sum, int count) {
-  const int floor = sum / count;
-  const int twice_rest = 2 * (sum - floor * count);
-  return floor + static_cast<int>(twice_rest > count || (twice_rest == count && (floor & 1) != 0));
+void shift_by_pixels(const ImageU8& image, int radius, int range, Point& at) {
+  const int x_first = larger(at.x - radius, 0);
+  const int x_last = smaller(at.x + radius, image.width - 1);
+  const int y_first = larger(at.y - radius, 0);
+  const int y_last = smaller(at.y + radius, image.height - 1);
+  RowSums total;
+  int total_y = 0;
+  for (int y = y_first; y <= y_last; ++y) {
+    const RowSums row = sum_row(image.row(y), x_first, x_last, at.grey, range);
+    total.count += row.count;
+    total.x += row.x;
+    total.grey += row.grey;
+    total_y += row.count * y;
+  }
+  // A mean of places need not have a member around it: the trajectory then rests where it stands.
+  if (total.count == 0) return;
+  at = {rounded_mean(total.x, total.count), rounded_mean(total_y, total.count),
+        rounded_mean(total.grey, total.count)};
+}
+
+// ---- by words: four pixels of a column, the uppermost in the uppermost byte -------------------------------
+
+constexpr int kMaxRadius = 3;  // seven rows fit two words
+constexpr int kMaxSide = 2 * kMaxRadius + 1;
+constexpr int kMaxRange = 18;  // 7 * 2 * 18 < 256
+constexpr std::uint32_t kOnes = 0x01010101U;
+constexpr std::uint32_t kHigh = 0x80808080U;
+
+/// floor(sum / count) = sum * of[count] / 2^20 for sums of up to kMaxSide^2 numbers of up to 2 kMaxRange.
+struct Reciprocals {
+  std::uint32_t of[kMaxSide * kMaxSide + 1] = {};
+  constexpr Reciprocals() {
+    for (std::uint32_t n = 1; n <= kMaxSide * kMaxSide; ++n) of[n] = ((1U << 20U) + n - 1) / n;
+  }
+  constexpr bool exact() const {
+    for (std::uint32_t n = 1; n <= kMaxSide * kMaxSide; ++n) {
+      for (std::uint32_t sum = 0; sum <= 2 * kMaxRange * n; ++sum) {
+        if ((sum * of[n]) >> 20U != sum / n) return false;
+      }
+    }
+    return true;
+  }
+};
+constexpr Reciprocals kReciprocals;
+static_assert(kReciprocals.exact());
+
+/// `base` + `sum` / `count`, rounded.
+int rounded_mean(int base, std::uint32_t sum, std::uint32_t count) {
+  const std::uint32_t quotient = (sum * kReciprocals.of[count]) >> 20U;
+  return rounded(base + static_cast<int>(quotient), static_cast<int>(sum - quotient * count),
+                 static_cast<int>(count));
+}
+
+/// Sum of the four bytes, below 256.
+std::uint32_t sum_of_bytes(std::uint32_t word) { return (word * kOnes) >> 24U; }
+
+/// Of the bytes, two and two, in halves of 16 bits.
+std::uint32_t sum_of_pairs(std::uint32_t word) { return (word & 0x00FF00FFU) + ((word >> 8U) & 0x00FF00FFU); }
+
+/// Which bytes lie between two grey values, and how far above the lower one.
+class Range {
+ public:
+  Range(int low, int high)
+      : offset_(static_cast<std::uint32_t>(0x80 - (low & 0x7F)) * kOnes),
+        flip_((low & 0x80) != 0 ? 0U : kHigh),
+        beyond_(static_cast<std::uint32_t>(127 - (high - low)) * kOnes) {}
+
+  /// 0x80 in each byte of `valid` (kHigh or a part of it) that lies between. `above`: by how much, modulo
+  /// 256. A byte below the lower value comes out above every span.
+  std::uint32_t members(std::uint32_t word, std::uint32_t valid, std::uint32_t& above) const {
+    above = ((word & ~kHigh) + offset_) ^ ((word & kHigh) ^ flip_);
+    return ~(((above & ~kHigh) + beyond_) | above) & valid;
+  }
+
+ private:
+  std::uint32_t offset_;
+  std::uint32_t flip_;
+  std::uint32_t beyond_;
+};
+
+/// Sums over the members of a window, from its upper left corner and the lowest grey value.
+struct WindowSums {
+  std::uint32_t count;
+  std::uint32_t x;
+  std::uint32_t y;
+  std::uint32_t grey;
+};
+
+/// `upper`, `lower`: words of the window's first column. `valid`: of each, the rows of the window.
+WindowSums sum_window(const std::uint32_t* upper, const std::uint32_t* lower, int columns,
+                      std::uint32_t valid_upper, std::uint32_t valid_lower, const Range& range) {
+  std::uint32_t rows = 0;  // members by row; the second word's upon the first's
+  std::uint32_t low_rows = 0;
+  std::uint32_t from_right = 0;  // members times their place, counted from the right, the last column 1
+  std::uint32_t upper_grey = 0;
+  std::uint32_t lower_grey = 0;
+  for (int i = 0; i < columns; ++i) {
+    std::uint32_t above = 0;
+    const std::uint32_t in_upper = range.members(upper[i], valid_upper, above);
+    const std::uint32_t one_upper = in_upper >> 7U;
+    upper_grey += above & (in_upper - one_upper);
+    const std::uint32_t in_lower = range.members(lower[i], valid_lower, above);
+    const std::uint32_t one_lower = in_lower >> 7U;
+    lower_grey += above & (in_lower - one_lower);
+    low_rows += one_lower;
+    rows += one_upper + one_lower;
+    from_right += rows;
+  }
+  WindowSums sums;
+  sums.count = sum_of_bytes(rows);
+  sums.x = static_cast<std::uint32_t>(columns) * sums.count - sum_of_bytes(from_right);
+  // Rows 0 to 3 are the bytes from the uppermost on.
+  sums.y = ((rows * 0x03020100U) >> 24U) + 4U * sum_of_bytes(low_rows);
+  const std::uint32_t grey = sum_of_pairs(upper_grey) + sum_of_pairs(lower_grey);
+  sums.grey = (grey >> 16U) + (grey & 0xFFFFU);
+  return sums;
+}
+
+/// `words`: a ring of `ring` rows of `stride` words.
+void shift_by_words(const ImageU8& image, const std::uint32_t* words, int ring, int stride, int radius,
+                    int range_radius, Point& at) {
+  const int x_first = larger(at.x - radius, 0);
+  const int columns = smaller(at.x + radius, image.width - 1) - x_first + 1;
+  const int y_first = larger(at.y - radius, 0);
+  const int rows = smaller(at.y + radius, image.height - 1) - y_first + 1;
+  const int low = larger(at.grey - range_radius, 0);
+  const Range range(low, smaller(at.grey + range_radius, 255));
+  const WindowSums sums = sum_window(
+      words + y_first % ring * stride + x_first, words + (y_first + 4) % ring * stride + x_first, columns,
+      rows >= 4 ? kHigh : kHigh << (32 - 8 * rows), rows <= 4 ? 0U : kHigh << (64 - 8 * rows), range);
+  if (sums.count == 0) return;  // as above
+  at = {rounded_mean(x_first, sums.x, sums.count), rounded_mean(y_first, sums.y, sums.count),
+        rounded_mean(low, sums.grey, sums.count)};
 }
 
 }  // namespace
@@ -55,62 +202,67 @@ MeanShiftStatus MeanShiftJob::start(const MeanShiftParams& params, const ImageU8
   output_ = output;
   x_px_ = 0;
   y_px_ = 0;
-  iteration_ = 0;
+  by_words_ = params.spatial_radius_px <= kMaxRadius && params.range_radius_grey <= kMaxRange &&
+              input.width <= cfg::kImageWidth;
+  packed_rows_ = 0;
   status_ = MeanShiftStatus::kRunning;
   return status_;
 }
 
 Progress MeanShiftJob::step(WorkBudget& budget) {
-  if (status_ != MeanShiftStatus::kRunning) return Progress::kDone;
   const int side = 2 * params_.spatial_radius_px + 1;
-  const auto cost = static_cast<std::uint32_t>(side * side);
-  while (budget.take(cost)) {
-    if (!iterate()) continue;
-    output_.row(y_px_)[x_px_] = static_cast<std::uint8_t>(at_.grey);
-    if (++x_px_ == input_.width) {
-      x_px_ = 0;
-      if (++y_px_ == input_.height) {
-        status_ = MeanShiftStatus::kDone;
-        return Progress::kDone;
-      }
+  const auto cost = static_cast<std::uint32_t>(by_words_ ? 8 * side : side * side);
+  while (status_ == MeanShiftStatus::kRunning) {
+    if (by_words_ && packed_rows_ < smaller(y_px_ + kRing / 2, input_.height)) {
+      if (!budget.take(2U * static_cast<std::uint32_t>(input_.width))) return Progress::kMore;
+      pack_row(packed_rows_++);
+      continue;
     }
-    iteration_ = 0;
+    const int run = smaller(by_words_ ? 8 : 1, input_.width - x_px_);
+    if (!budget.take(cost * static_cast<std::uint32_t>(run))) return Progress::kMore;
+    budget.charge(cost * static_cast<std::uint32_t>(settle_run(run) - run));
+    if (x_px_ < input_.width) continue;
+    x_px_ = 0;
+    if (++y_px_ == input_.height) status_ = MeanShiftStatus::kDone;
   }
-  return Progress::kMore;
+  return Progress::kDone;
 }
 
-/// One iteration. True: the trajectory rests.
-bool MeanShiftJob::iterate() {
-  // Read here and not in `start`: the caller may fill the image between the two.
-  if (iteration_ == 0) at_ = {x_px_, y_px_, input_.row(y_px_)[x_px_]};
-  const Point before = at_;
-  shift();
-  const int dx = magnitude(at_.x - before.x);
-  const int dy = magnitude(at_.y - before.y);
-  const int dg = at_.grey - before.grey;
-  if (dx + dy == 0 || dx + dy + dg * dg <= params_.convergence) return true;
-  return ++iteration_ == params_.max_iterations;
+/// Rows below the image are not looked at.
+void MeanShiftJob::pack_row(int y) {
+  const std::uint8_t* row[4];
+  for (int i = 0; i < 4; ++i) row[i] = input_.row(smaller(y + i, input_.height - 1));
+  std::uint32_t* words = words_[y % kRing];
+  for (int x = 0; x < input_.width; ++x) {
+    words[x] = std::uint32_t{row[0][x]} << 24U | std::uint32_t{row[1][x]} << 16U |
+               std::uint32_t{row[2][x]} << 8U | row[3][x];
+  }
 }
 
-void MeanShiftJob::shift() {
-  const int radius = params_.spatial_radius_px;
-  const int x_first = larger(at_.x - radius, 0);
-  const int x_last = smaller(at_.x + radius, input_.width - 1);
-  const int y_first = larger(at_.y - radius, 0);
-  const int y_last = smaller(at_.y + radius, input_.height - 1);
-  RowSums total;
-  int total_y = 0;
-  for (int y = y_first; y <= y_last; ++y) {
-    const RowSums row = sum_row(input_.row(y), x_first, x_last, at_.grey, params_.range_radius_grey);
-    total.count += row.count;
-    total.x += row.x;
-    total.grey += row.grey;
-    total_y += row.count * y;
+/// Carries the next trajectories to their ends. Returns their iterations.
+int MeanShiftJob::settle_run(int length) {
+  constexpr int kReach = kRing / 2 - 4;  // so far from the scan, a window's words are there
+  const std::uint8_t* in = input_.row(y_px_);
+  std::uint8_t* out = output_.row(y_px_);
+  int iterations = 0;
+  for (const int end = x_px_ + length; x_px_ < end; ++x_px_) {
+    Point at{x_px_, y_px_, in[x_px_]};
+    for (int left = params_.max_iterations; left > 0; --left) {
+      ++iterations;
+      const Point before = at;
+      if (by_words_ && magnitude(at.y - y_px_) <= kReach) {
+        shift_by_words(input_, words_[0], kRing, cfg::kImageWidth, params_.spatial_radius_px,
+                       params_.range_radius_grey, at);
+      } else {
+        shift_by_pixels(input_, params_.spatial_radius_px, params_.range_radius_grey, at);
+      }
+      const int moved = magnitude(at.x - before.x) + magnitude(at.y - before.y);
+      const int dg = at.grey - before.grey;
+      if (moved == 0 || moved + dg * dg <= params_.convergence) break;
+    }
+    out[x_px_] = static_cast<std::uint8_t>(at.grey);
   }
-  // A mean of places need not have a member around it: the trajectory then rests where it stands.
-  if (total.count == 0) return;
-  at_ = {rounded_mean(total.x, total.count), rounded_mean(total_y, total.count),
-         rounded_mean(total.grey, total.count)};
+  return iterations;
 }
 
 }  // namespace cairn

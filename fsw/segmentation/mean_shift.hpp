@@ -16,14 +16,21 @@
 /// iterations, so that adoption was measured to save at most a tenth of the time, at the cost of exactness
 /// and of independence between pixels.
 ///
-/// Integer arithmetic only. Cost: (2 hs + 1)^2 operations an iteration, at most `max_iterations` of them a
-/// pixel.
+/// Windows of radius 3 at most, the mission's, are summed four pixels at a time: a word holds four pixels of
+/// a column, so that one or two words a column are the window. That takes a range radius of 18 at most, with
+/// which the grey values of seven members, counted from the lowest, fit a byte. The words of the rows about
+/// the scan are kept; a trajectory that strays from them, and other radii, go pixel by pixel. Both ways give
+/// the same numbers.
+///
+/// Integer arithmetic only. Cost, operations: an iteration 8 (2 hs + 1) by words, (2 hs + 1)^2 by pixels, at
+/// most `max_iterations` of them a pixel; words 2 a pixel.
 #pragma once
 
 #include <cstdint>
 
 #include "core/work_budget.hpp"
 #include "image/image_view.hpp"
+#include "mission_cfg.hpp"
 
 namespace cairn {
 
@@ -41,8 +48,9 @@ enum class [[nodiscard]] MeanShiftStatus : std::uint8_t{
     kBadInput,  ///< an empty view, views of different sizes, or a parameter out of its range
 };
 
-/// One iteration of one trajectory is the unit of work. Both views are borrowed until the job is done; they
-/// must not overlap (a trajectory reads the input behind the scan).
+/// The unit of work is a run of trajectories (eight by words, one by pixels), or the words of one row. Both
+/// views are borrowed until the job is done; they must not overlap (a trajectory reads the input behind the
+/// scan).
 class MeanShiftJob {
  public:
   MeanShiftStatus start(const MeanShiftParams& params, const ImageU8& input, const MutableImageU8& output);
@@ -50,23 +58,21 @@ class MeanShiftJob {
   MeanShiftStatus status() const { return status_; }
 
  private:
-  bool iterate();
-  void shift();
+  static constexpr int kRing = 16;  ///< rows of words: 8 above the scan, its own and 7 below
 
-  struct Point {
-    int x = 0;
-    int y = 0;
-    int grey = 0;
-  };
+  void pack_row(int y);
+  int settle_run(int length);
 
   MeanShiftParams params_;
   ImageU8 input_;
   MutableImageU8 output_;
   MeanShiftStatus status_ = MeanShiftStatus::kIdle;
-  int x_px_ = 0;  ///< cursor: the pixel whose trajectory is under way
+  int x_px_ = 0;  ///< cursor: the pixel whose trajectory is next
   int y_px_ = 0;
-  int iteration_ = 0;
-  Point at_;
+  bool by_words_ = false;
+  int packed_rows_ = 0;  ///< of the image, from the top
+  /// [row % kRing][column]: the pixel of that row in the uppermost byte, the three below it in the others.
+  std::uint32_t words_[kRing][cfg::kImageWidth] = {};
 };
 
 }  // namespace cairn

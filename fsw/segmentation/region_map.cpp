@@ -28,7 +28,7 @@ bool RegionMap::connect_row(const ImageU8& grey, int y, int tolerance) {
     if (root == kNoRegion) {
       if (numbers_ == static_cast<int>(kMaxRegionNumbers)) return false;
       root = static_cast<std::uint16_t>(numbers_++);
-      parent_[root] = root;
+      node_[root].parent = root;
       area_px_[root] = 0;
       sum_grey_[root] = 0;
     }
@@ -51,7 +51,7 @@ void RegionMap::compress(int first, int last) {
   // A parent is smaller than its child, so that it has been pointed at its root already.
   for (int i = first; i < last; ++i) {
     const auto number = static_cast<std::uint16_t>(i);
-    parent_[number] = parent_[parent_[number]];
+    node_[number].parent = node_[node_[number].parent].parent;
     if (is_root(number)) update_mean(number);
   }
 }
@@ -59,7 +59,7 @@ void RegionMap::compress(int first, int last) {
 void RegionMap::flatten_row(int y) {
   CAIRN_ASSERT(y >= 0 && y < height_);
   std::uint16_t* number = &number_[y * width_];
-  for (int x = 0; x < width_; ++x) number[x] = parent_[number[x]];
+  for (int x = 0; x < width_; ++x) number[x] = node_[number[x]].parent;
 }
 
 const std::uint16_t* RegionMap::row(int y) const {
@@ -68,7 +68,7 @@ const std::uint16_t* RegionMap::row(int y) const {
 }
 
 std::uint16_t RegionMap::root_of(std::uint16_t number) const {
-  while (parent_[number] != number) number = parent_[number];
+  while (node_[number].parent != number) number = node_[number].parent;
   return number;
 }
 
@@ -77,7 +77,7 @@ std::uint16_t RegionMap::link(std::uint16_t root_a, std::uint16_t root_b) {
   if (root_a == root_b) return root_a;
   const std::uint16_t root = root_a < root_b ? root_a : root_b;
   const std::uint16_t child = root_a < root_b ? root_b : root_a;
-  parent_[child] = root;
+  node_[child].parent = root;
   area_px_[root] += area_px_[child];
   sum_grey_[root] += sum_grey_[child];
   return root;
@@ -88,7 +88,7 @@ void RegionMap::update_mean(std::uint16_t root) {
   const std::uint32_t area = area_px_[root];
   const std::uint32_t whole = sum_grey_[root] / area;
   const std::uint32_t rest = sum_grey_[root] - whole * area;
-  mean_q8_[root] = static_cast<std::uint16_t>((whole << 8) + (rest << 8) / area);
+  node_[root].mean_q8 = static_cast<std::uint16_t>((whole << 8) + (rest << 8) / area);
 }
 
 }  // namespace cairn

@@ -43,6 +43,11 @@ class RegionMap {
   /// them. To be called in ascending order over all numbers.
   void compress(int first, int last);
 
+  /// The same for one number whose parent points at its root already, without the mean. Returns the root.
+  std::uint16_t shorten(std::uint16_t number) {
+    return node_[number].parent = node_[node_[number].parent].parent;
+  }
+
   /// Replaces the numbers of the pixels of row `y` by their roots, which a whole compress() since the last
   /// merge has made known.
   void flatten_row(int y);
@@ -54,10 +59,12 @@ class RegionMap {
   /// Numbers of the pixels of row `y`, width() of them: roots if flatten_row() has run since the last merge.
   const std::uint16_t* row(int y) const;
   std::uint16_t root_of(std::uint16_t number) const;
-  bool is_root(std::uint16_t number) const { return parent_[number] == number; }
+  /// Its root, if it points at it directly.
+  std::uint16_t parent(std::uint16_t number) const { return node_[number].parent; }
+  bool is_root(std::uint16_t number) const { return node_[number].parent == number; }
   std::uint32_t area_px(std::uint16_t root) const { return area_px_[root]; }
   /// Mean grey value in 1/256 of a grey level, rounded down.
-  std::uint16_t mean_q8(std::uint16_t root) const { return mean_q8_[root]; }
+  std::uint16_t mean_q8(std::uint16_t root) const { return node_[root].mean_q8; }
 
  private:
   std::uint16_t link(std::uint16_t root_a, std::uint16_t root_b);
@@ -67,8 +74,12 @@ class RegionMap {
   int height_ = 0;
   int numbers_ = 0;
   std::uint16_t number_[cfg::kImagePixels] = {};
-  std::uint16_t parent_[kMaxRegionNumbers] = {};
-  std::uint16_t mean_q8_[kMaxRegionNumbers] = {};
+  /// Together, as both are asked for.
+  struct Node {
+    std::uint16_t parent = 0;
+    std::uint16_t mean_q8 = 0;
+  };
+  Node node_[kMaxRegionNumbers] = {};
   std::uint32_t area_px_[kMaxRegionNumbers] = {};
   std::uint32_t sum_grey_[kMaxRegionNumbers] = {};
 };

@@ -3,7 +3,7 @@
 namespace cairn {
 namespace {
 
-constexpr int kRun = 256;                           // region numbers of one unit of work
+constexpr int kRun = 256;                           // regions or pairs of one unit of work
 constexpr std::uint32_t kNoNeighbour = UINT32_MAX;  // no difference of means reaches its upper half
 
 std::uint16_t difference(std::uint16_t a, std::uint16_t b) {
@@ -18,8 +18,10 @@ RegionMergeStatus RegionMergeJob::start(const RegionMergeParams& params, RegionM
     return status_;
   params_ = params;
   map_ = &map;
-  phase_ = Phase::kPrepare;
+  phase_ = Phase::kBegin;
   cursor_ = 0;
+  regions_ = 0;
+  pairs_fit_ = false;
   level_grey_ = 0;
   pruning_ = false;
   joined_in_pass_ = 0;
@@ -30,37 +32,93 @@ RegionMergeStatus RegionMergeJob::start(const RegionMergeParams& params, RegionM
 
 Progress RegionMergeJob::step(WorkBudget& budget) {
   while (status_ == RegionMergeStatus::kRunning) {
-    if (!budget.take(unit_cost())) return Progress::kMore;
+    if (!budget.take(4U * static_cast<std::uint32_t>(by_rows() ? map_->width() : kRun)))
+      return Progress::kMore;
     do_unit();
   }
   return Progress::kDone;
 }
 
-std::uint32_t RegionMergeJob::unit_cost() const {
-  return phase_ == Phase::kScan ? 4U * static_cast<std::uint32_t>(map_->width()) : 2U * kRun;
+int RegionMergeJob::phase_end() const {
+  if (by_rows()) return map_->height();
+  if (phase_ == Phase::kBegin || phase_ == Phase::kCompress) return map_->numbers();
+  return phase_ == Phase::kPairs ? pairs_ : regions_;
 }
 
 void RegionMergeJob::do_unit() {
-  const int end = phase_ == Phase::kScan ? map_->height() : map_->numbers();
-  const int last = phase_ == Phase::kScan ? cursor_ + 1 : (end - cursor_ < kRun ? end : cursor_ + kRun);
+  const int end = phase_end();
+  const int most = by_rows() ? 1 : kRun;
+  const int last = end - cursor_ < most ? end : cursor_ + most;
   switch (phase_) {
-    case Phase::kPrepare: prepare(cursor_, last); break;
+    case Phase::kBegin: begin(cursor_, last); break;
     case Phase::kScan: scan_row(cursor_); break;
     case Phase::kJoin: join(cursor_, last); break;
+    case Phase::kPrepare: prepare(cursor_, last); break;
+    case Phase::kPairs: go_over_pairs(cursor_, last); break;
+    case Phase::kCompress: map_->compress(cursor_, last); break;
+    case Phase::kFlatten: map_->flatten_row(cursor_); break;
   }
   cursor_ = last;
   if (cursor_ < end) return;
   cursor_ = 0;
   switch (phase_) {
-    case Phase::kPrepare: phase_ = Phase::kScan; break;
+    case Phase::kBegin: begin_pairs(); break;
     case Phase::kScan: phase_ = Phase::kJoin; break;
     case Phase::kJoin: end_pass(); break;
+    case Phase::kPrepare:
+      regions_ = kept_;
+      begin_pairs();
+      break;
+    case Phase::kPairs:
+      pairs_ = kept_;
+      phase_ = Phase::kJoin;
+      break;
+    case Phase::kCompress: phase_ = Phase::kFlatten; break;
+    case Phase::kFlatten: status_ = RegionMergeStatus::kDone; break;
   }
 }
 
-void RegionMergeJob::prepare(int first, int last) {
+void RegionMergeJob::begin(int first, int last) {
   map_->compress(first, last);
-  for (int i = first; i < last; ++i) nearest_[i] = kNoNeighbour;
+  for (int i = first; i < last; ++i) {
+    const auto number = static_cast<std::uint16_t>(i);
+    if (!map_->is_root(number)) continue;
+    region_[regions_++] = number;
+    nearest_[number] = kNoNeighbour;
+  }
+}
+
+/// What was joined in the last pass points at its root, and leaves the list.
+void RegionMergeJob::prepare(int first, int last) {
+  for (int i = first; i < last; ++i) {
+    const std::uint16_t number = region_[i];
+    if (map_->shorten(number) != number) continue;
+    region_[kept_++] = number;
+    nearest_[number] = kNoNeighbour;
+  }
+}
+
+void RegionMergeJob::begin_pairs() {
+  for (std::uint32_t& pair : recent_) pair = 0;  // of no two regions
+  kept_ = 0;
+  phase_ = pairs_fit_ ? Phase::kPairs : Phase::kScan;
+  if (pairs_fit_) return;
+  pairs_fit_ = true;
+  pairs_ = 0;
+}
+
+/// False: the pair was looked at a short while ago.
+inline bool RegionMergeJob::compare(std::uint16_t low, std::uint16_t high) {
+  const std::uint32_t pair = std::uint32_t{low} << 16U | high;
+  std::uint32_t& recent = recent_[(low ^ (high << 2U)) % kRecentPairs];
+  if (recent == pair) return false;
+  recent = pair;
+  const std::uint32_t difference_q8 = difference(map_->mean_q8(low), map_->mean_q8(high));
+  const std::uint32_t offer_to_low = difference_q8 << 16U | high;
+  const std::uint32_t offer_to_high = difference_q8 << 16U | low;
+  if (offer_to_low < nearest_[low]) nearest_[low] = offer_to_low;
+  if (offer_to_high < nearest_[high]) nearest_[high] = offer_to_high;
+  return true;
 }
 
 void RegionMergeJob::scan_row(int y) {
@@ -70,24 +128,39 @@ void RegionMergeJob::scan_row(int y) {
   const std::uint16_t* row = map_->row(y);
   const std::uint16_t* below = has_below ? map_->row(y + 1) : row;
   for (int x = 0; x + 1 < map_->width(); ++x) {
-    if (row[x] != row[x + 1]) compare(row[x], row[x + 1]);
+    if (row[x] != row[x + 1]) look_at(row[x], row[x + 1]);
   }
   for (int x = 0; x < map_->width(); ++x) {
-    if (row[x] != below[x]) compare(row[x], below[x]);
+    if (row[x] != below[x]) look_at(row[x], below[x]);
   }
 }
 
-void RegionMergeJob::compare(std::uint16_t a, std::uint16_t b) {
-  const std::uint32_t difference_q8 = difference(map_->mean_q8(a), map_->mean_q8(b));
-  const std::uint32_t offer_to_a = difference_q8 << 16U | b;
-  const std::uint32_t offer_to_b = difference_q8 << 16U | a;
-  if (offer_to_a < nearest_[a]) nearest_[a] = offer_to_a;
-  if (offer_to_b < nearest_[b]) nearest_[b] = offer_to_b;
+/// Two neighbours, found in the image.
+void RegionMergeJob::look_at(std::uint16_t a, std::uint16_t b) {
+  const std::uint16_t low = a < b ? a : b;
+  const std::uint16_t high = a < b ? b : a;
+  if (!compare(low, high)) return;
+  if (pairs_ == static_cast<int>(kMaxPairs)) {
+    pairs_fit_ = false;
+  } else {
+    pair_[pairs_++] = std::uint32_t{low} << 16U | high;
+  }
+}
+
+void RegionMergeJob::go_over_pairs(int first, int last) {
+  for (int i = first; i < last; ++i) {
+    const std::uint16_t a = map_->parent(static_cast<std::uint16_t>(pair_[i] >> 16U));
+    const std::uint16_t b = map_->parent(static_cast<std::uint16_t>(pair_[i] & 0xFFFFU));
+    if (a == b) continue;
+    const std::uint16_t low = a < b ? a : b;
+    const std::uint16_t high = a < b ? b : a;
+    if (compare(low, high)) pair_[kept_++] = std::uint32_t{low} << 16U | high;
+  }
 }
 
 void RegionMergeJob::join(int first, int last) {
   for (int i = first; i < last; ++i) {
-    const auto root = static_cast<std::uint16_t>(i);
+    const std::uint16_t root = region_[i];
     if (!map_->is_root(root) || nearest_[root] == kNoNeighbour) continue;
     const std::uint16_t partner = map_->root_of(static_cast<std::uint16_t>(nearest_[root] & 0xFFFFU));
     if (partner == root || !may_join(root, partner)) continue;
@@ -102,10 +175,11 @@ bool RegionMergeJob::may_join(std::uint16_t root, std::uint16_t partner) const {
 }
 
 // A pass that joins nothing at the last level ends the merging, and one that joins nothing of the pruning
-// ends the job: its scan has flattened the rows since the last merge.
+// ends the job.
 void RegionMergeJob::end_pass() {
   ++passes_;
   phase_ = Phase::kPrepare;
+  kept_ = 0;
   const bool quiet = joined_in_pass_ == 0;
   joined_in_pass_ = 0;
   if (!pruning_ && level_grey_ < params_.merge_grey) {
@@ -113,7 +187,7 @@ void RegionMergeJob::end_pass() {
   } else if (quiet && !pruning_) {
     pruning_ = true;
   } else if (quiet) {
-    status_ = RegionMergeStatus::kDone;
+    phase_ = Phase::kCompress;
   }
 }
 

@@ -9,9 +9,14 @@
 /// its nearest neighbour whatever the difference, until none is left (unless the whole image is one):
 /// speckles and holes go to what is around them.
 ///
+/// The first pass scans the image and notes which regions are neighbours. Later ones go over these notes,
+/// from which pairs that became one region are taken out, and most pairs that became the same one. Where
+/// there are more pairs than there is room for, as with noise, the next pass scans the image again.
+///
 /// Every pass but the first `merge_grey` + 2 joins at least one region, so that the work is bounded; some 20
-/// passes are usual. Cost: about 4 operations a pixel and 4 a region number for each pass. Deterministic: no
-/// order but that of numbers and rows enters.
+/// passes are usual. Cost: for each pass about 4 operations a pair of neighbours (in the first one, 4 a
+/// pixel) and 4 a region; at the end 4 a region number and 2 a pixel. Deterministic: no order but that of
+/// numbers and rows enters.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +38,7 @@ enum class [[nodiscard]] RegionMergeStatus : std::uint8_t{
     kBadInput,  ///< a parameter out of its range, or an empty map
 };
 
-/// The unit of work is a row or a run of region numbers.
+/// The unit of work is a row, or a run of regions or pairs.
 class RegionMergeJob {
  public:
   /// `map`: connected in all its rows. Borrowed until the job is done.
@@ -44,13 +49,20 @@ class RegionMergeJob {
   int passes() const { return passes_; }
 
  private:
-  enum class Phase : std::uint8_t { kPrepare, kScan, kJoin };
+  enum class Phase : std::uint8_t { kBegin, kScan, kJoin, kPrepare, kPairs, kCompress, kFlatten };
+  static constexpr std::size_t kMaxPairs = 2 * kMaxRegionNumbers;
+  static constexpr std::size_t kRecentPairs = 256;
 
-  std::uint32_t unit_cost() const;
+  bool by_rows() const { return phase_ == Phase::kScan || phase_ == Phase::kFlatten; }
+  int phase_end() const;
   void do_unit();
+  void begin(int first, int last);
   void prepare(int first, int last);
+  void begin_pairs();
   void scan_row(int y);
-  void compare(std::uint16_t a, std::uint16_t b);
+  void look_at(std::uint16_t a, std::uint16_t b);
+  void go_over_pairs(int first, int last);
+  bool compare(std::uint16_t low, std::uint16_t high);
   void join(int first, int last);
   bool may_join(std::uint16_t root, std::uint16_t partner) const;
   void end_pass();
@@ -58,12 +70,19 @@ class RegionMergeJob {
   RegionMergeParams params_;
   RegionMap* map_ = nullptr;
   RegionMergeStatus status_ = RegionMergeStatus::kIdle;
-  Phase phase_ = Phase::kPrepare;
-  int cursor_ = 0;  ///< next row or region number of the phase
+  Phase phase_ = Phase::kBegin;
+  int cursor_ = 0;  ///< next row, region number, region or pair of the phase
   int level_grey_ = 0;
   bool pruning_ = false;
   int joined_in_pass_ = 0;
   int passes_ = 0;
+  int regions_ = 0;                               ///< in region_
+  int pairs_ = 0;                                 ///< in pair_
+  int kept_ = 0;                                  ///< of the regions or pairs that the phase went over
+  bool pairs_fit_ = false;                        ///< all pairs of neighbours are in pair_
+  std::uint16_t region_[kMaxRegionNumbers] = {};  ///< ascending; those joined in the last pass among them
+  std::uint32_t pair_[kMaxPairs] = {};            ///< the smaller number times 2^16 plus the larger one
+  std::uint32_t recent_[kRecentPairs] = {};       ///< pairs looked at in this pass, by a hash
   /// Difference of means (1/256 grey) times 2^16 plus the neighbour: the smallest is the nearest, ties
   /// included.
   std::uint32_t nearest_[kMaxRegionNumbers] = {};

@@ -175,6 +175,89 @@ void test_disparity_limits(void**) {
   run(params, Vec3(1e150, -1e150, 0.0));
 }
 
+/// The definition, pixel by pixel: whether there is a probe at (u, v), and its disparity.
+bool brute_force(const StereoProbeParams& params, const Vec3& plane, int u, int v, float& d_px) {
+  const auto difference = [&](int d) {
+    int sum = 0;
+    for (int y = v - 4; y < v + 4; ++y) {
+      for (int x = u - 4; x < u + 4; ++x)
+        sum += std::abs(left_pixels[y * kWidth + x] - right_pixels[y * kWidth + x - d]);
+    }
+    return sum;
+  };
+  int texture = 0;
+  for (int y = v - 4; y < v + 4; ++y) {
+    for (int x = u - 4; x < u + 3; ++x)
+      texture += std::abs(left_pixels[y * kWidth + x + 1] - left_pixels[y * kWidth + x]);
+  }
+  const double d_plane = plane[0] * u + plane[1] * v + plane[2];
+  const double least = std::max<double>(d_plane * (1.0 - params.below) - 2.0, params.min_disparity_px);
+  const double most =
+      std::min<double>(d_plane * (1.0 + params.above) + 2.0, std::min(u - 4, params.max_disparity_px));
+  const int low = static_cast<int>(least);
+  const int high = std::min(static_cast<int>(most), low + 255);
+  if (!(most > least) || high - low < 3 || texture < params.min_texture) return false;
+  int best = low;
+  for (int d = low; d <= high; ++d) best = difference(d) < difference(best) ? d : best;
+  if (best == low || best == high) return false;
+  for (int d = low; d <= high; ++d) {
+    if (std::abs(d - best) > 2 && difference(best) >= params.uniqueness * difference(d)) return false;
+  }
+  const auto least_sum = static_cast<float>(difference(best));
+  const auto before = static_cast<float>(difference(best - 1));
+  const auto after = static_cast<float>(difference(best + 1));
+  const float steeper = std::max(before, after) - least_sum;
+  d_px = static_cast<float>(best) + (steeper > 0.0F ? 0.5F * (before - after) / steeper : 0.0F);
+  return true;
+}
+
+/// Returns how many probes there are.
+std::size_t expect_brute_force(const StereoProbeParams& params, const Vec3& plane) {
+  run(params, plane);
+  std::size_t next = 0;
+  for (int v = 4; v + 4 <= kHeight; v += StereoProbeJob::kSpacing) {
+    for (int u = 4; u + 4 <= kWidth; u += StereoProbeJob::kSpacing) {
+      float d_px = 0.0F;
+      if (!brute_force(params, plane, u, v, d_px)) continue;
+      assert_true(next < job.result().size());
+      const StereoProbe& probe = job.result()[next++];
+      assert_int_equal(probe.u, u);
+      assert_int_equal(probe.v, v);
+      assert_true(probe.d_px == d_px);
+    }
+  }
+  assert_int_equal(next, job.result().size());
+  return next;
+}
+
+void test_dismissals_change_nothing(void**) {
+  for (const double uniqueness : {0.85, 1.0, 0.5, 0.3, 1.4, 0.0, static_cast<double>(NAN)}) {
+    StereoProbeParams params;
+    params.uniqueness = uniqueness;
+    fill_scene(4.0, true);
+    const std::size_t found = expect_brute_force(params, kPlane);
+    assert_true(uniqueness == 0.0 ? found == 0 : found > 200);
+    fill_scene(25.0, true);  // hardly any likeness
+    expect_brute_force(params, kPlane);
+  }
+  // The largest differences that there are, and ties: black and white, at random and in stripes.
+  Random random(11);
+  StereoProbeParams params;
+  for (const int period : {1, 5, 9}) {
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      left_pixels[i] = (random.next() >> 20U) % 2 != 0 ? 255 : 0;
+      right_pixels[i] = period == 1 ? static_cast<std::uint8_t>(255 - left_pixels[i])
+                                    : static_cast<std::uint8_t>(i % kWidth / period % 2 * 255);
+    }
+    for (params.uniqueness = 0.7; params.uniqueness < 1.1; params.uniqueness += 0.15)
+      expect_brute_force(params, Vec3(0.1, 0.0, 20.0));
+  }
+  params.min_texture = 0;  // flat: all the same
+  std::memset(left_pixels, 255, sizeof left_pixels);
+  std::memset(right_pixels, 0, sizeof right_pixels);
+  expect_brute_force(params, kPlane);
+}
+
 void test_bad_input(void**) {
   fill_scene(0.0, false);
   static StereoProbeJob fresh;
@@ -226,7 +309,7 @@ void test_slices_give_the_same_probes(void**) {
   fill_scene(2.0, true);
   run();
   assert_status(sliced.start({}, kLeft, kRight, kPlane), ProbeStatus::kRunning);
-  assert_true(test::run_in_slices(sliced) > 20);
+  assert_true(test::run_in_slices(sliced) > 12);
   assert_int_equal(sliced.result().size(), job.result().size());
   assert_memory_equal(sliced.result().data(), job.result().data(), job.result().size() * sizeof(StereoProbe));
 }
@@ -242,6 +325,7 @@ int main() {
       cmocka_unit_test(test_repeated_texture_is_left_out),
       cmocka_unit_test(test_minimum_at_the_end_of_the_range_is_left_out),
       cmocka_unit_test(test_disparity_limits),
+      cmocka_unit_test(test_dismissals_change_nothing),
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_slices_give_the_same_probes),
   };

@@ -1,6 +1,7 @@
 // Merging of similar neighbours and elimination of small regions.
 #include "segmentation/region_merge.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 #include "core/random.hpp"
@@ -140,6 +141,127 @@ void test_promises_hold_on_noise(void**) {
   }
 }
 
+/// The definition: every pass looks at every pixel.
+class Reference {
+ public:
+  void run(const RegionMergeParams& params, const RegionMap& connected) {
+    const int pixels_in_all = connected.width() * connected.height();
+    numbers_ = connected.numbers();
+    for (int n = 0; n < numbers_; ++n) root_[n] = connected.root_of(static_cast<std::uint16_t>(n));
+    for (int n = 0; n < numbers_; ++n) {
+      area_[n] = connected.area_px(static_cast<std::uint16_t>(n));
+      sum_[n] = 0;
+    }
+    const int width = connected.width();
+    for (int i = 0; i < pixels_in_all; ++i) {
+      label_[i] = connected.root_of(connected.row(i / width)[i % width]);
+      sum_[label_[i]] += grey_[i];
+    }
+    bool pruning = false;
+    for (int level = 0;;) {
+      const bool quiet = pass(params, width, pixels_in_all, pruning, level) == 0;
+      if (!pruning && level < params.merge_grey) {
+        ++level;
+      } else if (quiet && !pruning) {
+        pruning = true;
+      } else if (quiet) {
+        return;
+      }
+    }
+  }
+  int label(int i) const { return root(label_[i]); }
+  std::uint8_t grey_[cfg::kImagePixels];
+
+ private:
+  int root(int n) const {
+    while (root_[n] != n) n = root_[n];
+    return n;
+  }
+  int mean(int n) const {
+    return static_cast<int>(sum_[n] / area_[n] * 256 + sum_[n] % area_[n] * 256 / area_[n]);
+  }
+  int apart(int a, int b) const { return std::abs(mean(a) - mean(b)); }
+  void offer(int to, int from) {
+    int& nearest = nearest_[to];
+    const int now = nearest < 0 ? 0 : apart(to, nearest);
+    if (nearest < 0 || apart(to, from) < now || (apart(to, from) == now && from < nearest)) nearest = from;
+  }
+  int pass(const RegionMergeParams& params, int width, int pixels_in_all, bool pruning, int level) {
+    for (int n = 0; n < numbers_; ++n) nearest_[n] = -1;
+    for (int i = 0; i < pixels_in_all; ++i) label_[i] = root(label_[i]);
+    for (int i = 0; i < pixels_in_all; ++i) {
+      for (const int k : {i % width + 1 < width ? i + 1 : i, i + width < pixels_in_all ? i + width : i}) {
+        if (label_[i] == label_[k]) continue;
+        offer(label_[i], label_[k]);
+        offer(label_[k], label_[i]);
+      }
+    }
+    int joined = 0;
+    for (int n = 0; n < numbers_; ++n) {
+      if (root_[n] != n || nearest_[n] < 0) continue;
+      const int partner = root(nearest_[n]);
+      const bool may = pruning ? area_[n] < static_cast<std::uint32_t>(params.min_area_px)
+                               : apart(n, partner) <= 256 * level;
+      if (partner == n || !may) continue;
+      const int low = std::min(n, partner);
+      const int high = std::max(n, partner);
+      root_[high] = low;
+      area_[low] += area_[high];
+      sum_[low] += sum_[high];
+      ++joined;
+    }
+    return joined;
+  }
+
+  int numbers_ = 0;
+  int label_[cfg::kImagePixels];
+  int root_[kMaxRegionNumbers];
+  int nearest_[kMaxRegionNumbers];
+  std::uint32_t area_[kMaxRegionNumbers];
+  std::uint32_t sum_[kMaxRegionNumbers];
+};
+Reference reference;
+
+/// Of reference.grey_.
+void expect_reference(int width, int height, int tolerance, const RegionMergeParams& params) {
+  const ImageU8 grey = packed_view<const std::uint8_t>(reference.grey_, width, height);
+  map.clear(width, height);
+  for (int y = 0; y < height; ++y) assert_true(map.connect_row(grey, y, tolerance));
+  reference.run(params, map);
+  run(params);
+  for (int i = 0; i < width * height; ++i)
+    assert_int_equal(map.row(i / width)[i % width], reference.label(i));
+}
+
+void test_equals_the_definition(void**) {
+  for (std::uint32_t seed = 1; seed <= 12; ++seed) {
+    Random random(seed);
+    const std::uint32_t contrast = seed % 3 == 0 ? 256 : 60;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      const int wave = i % kWidth / 7 % 2 * 40 + i / kWidth / 5 % 3 * 25;
+      reference.grey_[i] = static_cast<std::uint8_t>((static_cast<int>(random.below(contrast)) + wave) % 256);
+    }
+    expect_reference(kWidth, kHeight, static_cast<int>(seed % 4), {static_cast<int>(4 * seed % 40), 12});
+  }
+}
+
+// A wall of bricks has three pairs of neighbours a brick: more than there is room for.
+void test_more_pairs_than_there_is_room_for(void**) {
+  constexpr int kWide = cfg::kImageWidth;
+  const int rows = static_cast<int>(kMaxRegionNumbers) / (kWide / 2 + 1);
+  for (int y = 0; y < rows; ++y) {
+    for (int x = 0; x < kWide; ++x) {
+      const int brick = (x + y % 2) / 2;
+      Random random(static_cast<std::uint32_t>(1000 * y + brick));
+      // Neighbours differ by more than nothing: six steps of grey for six neighbours, and some at random.
+      const int step = brick % 3 + 3 * (y % 2);
+      reference.grey_[y * kWide + x] =
+          static_cast<std::uint8_t>(40 * step + static_cast<int>(random.below(39)));
+    }
+  }
+  expect_reference(kWide, rows, 0, {30, 4});
+}
+
 void test_same_bits_however_sliced(void**) {
   static std::uint16_t whole[kWidth * kHeight];
   fill_noise(5);
@@ -186,6 +308,8 @@ int main() {
       cmocka_unit_test(test_small_regions_go_to_nearest_neighbour),
       cmocka_unit_test(test_one_small_image),
       cmocka_unit_test(test_promises_hold_on_noise),
+      cmocka_unit_test(test_equals_the_definition),
+      cmocka_unit_test(test_more_pairs_than_there_is_room_for),
       cmocka_unit_test(test_same_bits_however_sliced),
       cmocka_unit_test(test_bad_input),
   };
