@@ -26,7 +26,7 @@ struct StereoProbeParams {
   double below = 0.2;        ///< search range: disparity of the plane times (1 - below) - 2 px ...
   double above = 0.6;        ///< ... to times (1 + above) + 2 px
   int min_texture = 160;     ///< sum of horizontal grey differences in the window
-  double uniqueness = 0.85;  ///< best difference below this share of the best one elsewhere
+  double uniqueness = 0.85;  ///< best difference below this share of the best one elsewhere; at least 0.01
 };
 
 struct StereoProbe {
@@ -48,7 +48,7 @@ class StereoProbeJob {
   /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. Images are borrowed until done.
   ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
                     const Vec3& plane);
-  /// Unit: one probe.
+  /// Unit: one probe, the first of a row with that row's packing.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
   /// Found disparities, row by row.
@@ -60,6 +60,7 @@ class StereoProbeJob {
     int high;
   };
   Range search_range(int u, int v) const;
+  void pack_rows();
   void probe(int u, int v, const Range& range);
 
   ProbeStatus status_ = ProbeStatus::kIdle;
@@ -69,6 +70,10 @@ class StereoProbeJob {
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
   int u_ = 0;
   int v_ = 0;
+  int last_ = 0;                    // disparity of the probe before
+  std::uint32_t rival_margin_ = 0;  // differences above the least one by this share, in 1/256, are no rivals
+  std::uint32_t left_words_[4][cfg::kImageWidth] = {};  // a row of probes: its rows j and j + 4 in a word
+  std::uint32_t right_words_[4][cfg::kImageWidth] = {};
   Probes probes_;
 };
 
