@@ -10,12 +10,12 @@ using namespace cairn::test;
 namespace {
 
 constexpr std::size_t kFirstFrames = 5;
-constexpr std::uint32_t kGoldenFirst = 0x0D2B752FU;
+constexpr std::uint32_t kGoldenFirst = 0x34AB9E77U;
 
 constexpr std::size_t kFrames = 35;  // with the fix of frame 30
-constexpr std::uint32_t kGoldenFrames = 0x7867270DU;
-constexpr std::uint32_t kGoldenFixes = 0xABB087DFU;
-constexpr std::uint32_t kGoldenBoulders = 0x320F94FAU;
+constexpr std::uint32_t kGoldenFrames = 0x586E40F5U;
+constexpr std::uint32_t kGoldenFixes = 0x6825DD49U;
+constexpr std::uint32_t kGoldenBoulders = 0x6734F507U;
 
 ReplayBytes bytes;
 
