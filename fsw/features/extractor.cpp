@@ -7,10 +7,7 @@
 namespace cairn {
 namespace {
 
-constexpr BlurKernel kAlign = make_blur_kernel(0.6);
-constexpr BlurKernel kFine = make_blur_kernel(1.2);
-constexpr BlurKernel kCoarse = make_blur_kernel(1.92);
-constexpr int kContrast = 77;  // 0.6 grey levels in units of 1/128: below it is noise of an 8-bit image
+constexpr int kContrast = 154;  // 0.6 grey levels in units of 1/256: below it is noise of an 8-bit image
 constexpr int kMargin = kDescriptorMargin;
 constexpr std::uint32_t kRowOpsPerPixel = 30;
 
@@ -31,14 +28,24 @@ bool is_edge(const Hessian& d) {
   return det16 <= 0 || trace * trace * 10 * 16 >= 121 * det16;
 }
 
+/// Beyond all eight neighbours; of equal ones the first. The nearest four decide most.
 bool is_extremum(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b) {
   const int c = h[0];
   if (c > 0) {
-    return c > a[-1] && c > a[0] && c > a[1] && c > h[-1] && c >= h[1] && c >= b[-1] && c >= b[0] &&
-           c >= b[1];
+    if (c <= h[-1]) return false;
+    if (c < h[1]) return false;
+    if (c <= a[0]) return false;
+    if (c < b[0]) return false;
+    return c > a[-1] && c > a[1] && c >= b[-1] && c >= b[1];
   }
-  return c < a[-1] && c < a[0] && c < a[1] && c < h[-1] && c <= h[1] && c <= b[-1] && c <= b[0] && c <= b[1];
+  if (c >= h[-1]) return false;
+  if (c > h[1]) return false;
+  if (c >= a[0]) return false;
+  if (c > b[0]) return false;
+  return c < a[-1] && c < a[1] && c <= b[-1] && c <= b[1];
 }
+
+int strength(const Feature& f) { return f.response < 0 ? -f.response : f.response; }
 
 /// Vertex of the quadratic through the 3 x 3 neighbourhood; the offset is cut at half a pixel.
 void refine(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b, const Hessian& d,
@@ -66,13 +73,11 @@ ExtractStatus FeatureExtractor::start(const ImageU8& image) {
     return status_ = ExtractStatus::kBadImage;
   }
   image_ = image;
-  fed_ = row_ = 0;
+  row_ = 0;
   described_ = 0;
   selected_ = false;
   for (Cell& cell : cells_) cell.count = 0;
-  align_.start(kAlign, image.width, image.height);
-  fine_.start(kFine, image.width, image.height);
-  coarse_.start(kCoarse, image.width, image.height);
+  scales_.start(image);
   return status_ = ExtractStatus::kRunning;
 }
 
@@ -98,30 +103,32 @@ Progress FeatureExtractor::step(WorkBudget& budget) {
 }
 
 void FeatureExtractor::do_row(int y) {
-  const int ahead = y + coarse_.radius() < image_.height ? y + coarse_.radius() : image_.height - 1;
-  for (; fed_ <= ahead; ++fed_) {
-    align_.feed(image_.row(fed_), fed_);
-    fine_.feed(image_.row(fed_), fed_);
-    coarse_.feed(image_.row(fed_), fed_);
-  }
-  align_.finish(y, smooth_ + static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width));
-  std::uint16_t fine[cfg::kImageWidth];
-  std::uint16_t coarse[cfg::kImageWidth];
-  fine_.finish(y, fine);
-  coarse_.finish(y, coarse);
-  std::int16_t* dog = dog_[y % 3];
-  for (int x = 0; x < image_.width; ++x) {
-    dog[x] = static_cast<std::int16_t>((static_cast<int>(coarse[x]) - static_cast<int>(fine[x])) / 2);
-  }
-  if (y - 1 >= kMargin && y - 1 < image_.height - kMargin) find_extrema(y - 1);
+  const int middle = y - ScaleRows::kDelay - 1;
+  scales_.next(smooth_ + static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width),
+               dog_[(y + 3 - ScaleRows::kDelay % 3) % 3]);
+  if (middle >= kMargin && middle < image_.height - kMargin) find_extrema(middle);
 }
 
 void FeatureExtractor::find_extrema(int y) {
+  Cell* cells = cells_ + (y / kCell) * kCellsX;
+  const int end = image_.width - kMargin;
+  for (int x = kMargin; x < end;) {
+    const int next = (x / kCell + 1) * kCell;
+    find_extrema(y, x, next < end ? next : end, cells[x / kCell]);
+    x = next;
+  }
+}
+
+void FeatureExtractor::find_extrema(int y, int x, int end, Cell& cell) {
   const std::int16_t* a = dog_[(y - 1) % 3];
   const std::int16_t* h = dog_[y % 3];
   const std::int16_t* b = dog_[(y + 1) % 3];
-  for (int x = kMargin; x < image_.width - kMargin; ++x) {
-    if (h[x] < kContrast && h[x] > -kContrast) continue;
+  // What is no stronger than the last of a full cell need not be looked at: most of a textured image.
+  int least = least_of(cell);
+  for (; x < end; ++x) {
+    const int c = h[x];
+    const unsigned weak = 2U * static_cast<unsigned>(least) - 2U;  // -least < c < least, in one comparison
+    if (static_cast<unsigned>(c + least - 1) <= weak) continue;
     if (!is_extremum(a + x, h + x, b + x)) continue;
     const Hessian d = hessian(a + x, h + x, b + x);
     if (is_edge(d)) continue;
@@ -130,13 +137,16 @@ void FeatureExtractor::find_extrema(int y) {
     f.iv = static_cast<std::int16_t>(y);
     f.response = h[x];
     refine(a + x, h + x, b + x, d, f);
-    keep(f);
+    keep(f, cell);
+    least = least_of(cell);
   }
 }
 
-void FeatureExtractor::keep(const Feature& feature) {
-  Cell& cell = cells_[(feature.iv / kCell) * kCellsX + feature.iu / kCell];
-  const auto strength = [](const Feature& f) { return f.response < 0 ? -f.response : f.response; };
+int FeatureExtractor::least_of(const Cell& cell) {
+  return cell.count < kPerCell ? kContrast : strength(cell.best[kPerCell - 1]) + 1;
+}
+
+void FeatureExtractor::keep(const Feature& feature, Cell& cell) {
   int place = cell.count;
   while (place > 0 && strength(cell.best[place - 1]) < strength(feature)) --place;
   if (place == kPerCell) return;

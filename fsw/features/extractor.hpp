@@ -1,10 +1,11 @@
 /// Keypoints of one image: single-scale difference-of-Gaussians extrema (METHOD section A), spread over the
 /// image, each with its upright SIFT descriptor.
 ///
-/// One pass over the rows: smooth with two Gaussians (sigma 1.2 and 1.9 px), subtract, look for pixels beyond
-/// all eight neighbours and the contrast threshold, drop edges (ratio of principal curvatures above 10, Lowe
-/// 2004 section 4.1), refine to sub-pixel by a quadratic in u and v, keep the strongest of each 32 x 32 px
-/// cell. Then the cells hand in their features rank by rank until the cap is reached, so that texture in one
+/// One pass over the rows: smooth with two Gaussians (sigma 1.2 and 1.9 px, image/gaussian.hpp), subtract,
+/// look for pixels beyond all eight neighbours and the contrast threshold, drop edges (ratio of principal
+/// curvatures above 10, Lowe 2004 section 4.1), refine to sub-pixel by a quadratic in u and v, keep the
+/// strongest of each 32 x 32 px cell (where a cell is full, only what is stronger than its last is looked
+/// at). Then the cells hand in their features rank by rank until the cap is reached, so that texture in one
 /// corner cannot starve the rest: motion is the better determined the wider its features are spread. Then one
 /// descriptor a unit.
 ///
@@ -56,19 +57,18 @@ class FeatureExtractor {
 
   void do_row(int y);
   void find_extrema(int y);
-  void keep(const Feature& feature);
+  void find_extrema(int y, int x, int end, Cell& cell);
+  static int least_of(const Cell& cell);  ///< least strength that still enters a cell
+  static void keep(const Feature& feature, Cell& cell);
   void select();
 
   ExtractStatus status_ = ExtractStatus::kIdle;
   ImageU8 image_;
-  int fed_ = 0;  ///< rows read
-  int row_ = 0;  ///< rows smoothed and subtracted
+  int row_ = 0;  ///< rows read
   std::size_t described_ = 0;
   bool selected_ = false;
-  RowBlur align_;
-  RowBlur fine_;
-  RowBlur coarse_;
-  std::int16_t dog_[3][cfg::kImageWidth] = {};  ///< last three rows of the difference, half grey levels x 256
+  ScaleRows scales_;
+  std::int16_t dog_[3][cfg::kImageWidth] = {};  ///< last three rows of the difference
   Cell cells_[kCellsY * kCellsX];
   std::uint16_t smooth_[cfg::kImagePixels] = {};
   FeatureSet set_;

@@ -22,7 +22,7 @@ struct Feature {
   float v = 0.0F;
   std::int16_t iu = 0;  ///< the pixel it was found at
   std::int16_t iv = 0;
-  std::int16_t response = 0;  ///< coarse minus fine Gaussian, grey levels x 128: bright blobs are negative
+  std::int16_t response = 0;  ///< coarse minus fine Gaussian, grey levels x 256: bright blobs are negative
 };
 
 /// Grey levels with 8 fraction bits.

@@ -3,6 +3,15 @@
 #include "features/sift_descriptor.hpp"
 
 namespace cairn {
+namespace {
+
+/// A distance from which on a rival no longer matters to a best one of `best`, nor to a better one.
+std::uint32_t no_rival(std::uint32_t best, float ratio) {
+  const float bound = static_cast<float>(best) / ratio + 4.0F;  // 4: more than floats of this size round
+  return bound < 16777216.0F ? static_cast<std::uint32_t>(bound) : UINT32_MAX;
+}
+
+}  // namespace
 
 void MatchJob::start(const MatchParams& params, const FeatureSet& query, const FeatureSet& target,
                      const FixedVector<SearchWindow, cfg::kMaxFeatures>& windows) {
@@ -35,20 +44,24 @@ void MatchJob::match_one(std::size_t i) {
   const Descriptor& descriptor = query_->descriptors[i];
   std::uint32_t best = UINT32_MAX;
   std::uint32_t second = UINT32_MAX;
+  std::uint32_t stop = no_rival(params_.max_distance, params_.ratio);
   std::size_t best_index = 0;
   const std::size_t end = target_->first_of_row(w.v1 + 1);
   for (std::size_t j = target_->first_of_row(w.v0); j < end; ++j) {
     const Feature& candidate = target_->features[j];
     if (candidate.iu < w.u0 || candidate.iu > w.u1) continue;
     if ((candidate.response < 0) != (query.response < 0)) continue;
-    const std::uint32_t distance = chi_squared(descriptor, target_->descriptors[j], second);
+    const std::uint32_t distance = chi_squared(descriptor, target_->descriptors[j], stop);
     if (distance < best) {
       second = best;
       best = distance;
       best_index = j;
+      const std::uint32_t bound = no_rival(best, params_.ratio);
+      if (bound < stop) stop = bound;
     } else if (distance < second) {
       second = distance;
     }
+    if (second < stop) stop = second;
   }
   if (best > params_.max_distance) return;
   if (second != UINT32_MAX && static_cast<float>(best) > params_.ratio * static_cast<float>(second)) return;

@@ -3,9 +3,13 @@
 /// Independently found keypoints are biased (by some 0.02 px, which became 0.7 degrees of rotation in 25 m),
 /// so each match is refined on the images: inverse-compositional Gauss-Newton (Baker & Matthews 2004) for a
 /// translation, under a given affine distortion (the caller knows the ground's slope and the motion) and an
-/// unknown gain and offset of brightness (solved in closed form each time). The template stands at a whole
-/// pixel, so it is never interpolated; both images are smoothed (sigma 0.6 px), so that bilinear
-/// interpolation of the target has little bias.
+/// unknown gain and offset of brightness. The template stands at a whole pixel, so it is never interpolated;
+/// both images are smoothed (sigma 0.6 px), so that bilinear interpolation of the target has little bias.
+///
+/// Gain and both shifts are linear in the target's samples, and an offset drops out of weights that sum to
+/// zero. So an iteration is three integer sums over the samples, with 16-bit weights that the template holds:
+/// a 750 converts integers to floating point through memory, some ten cycles each. Samples come in two
+/// interlaced halves (a chequerboard): the first, coarse iterations take one half.
 #pragma once
 
 #include <cstdint>
@@ -24,11 +28,22 @@ inline constexpr std::uint32_t kAlignOps = 100U * kPatchSamples;
 
 /// A patch about a whole pixel, ready to be found elsewhere.
 struct PatchTemplate {
-  float value[kPatchSamples];  ///< zero weighted mean
-  float gu[kPatchSamples];     ///< gradient times the window's weight
-  float gv[kPatchSamples];
-  float inverse_hessian[3];  ///< uu, uv, vv of (sum w g g^T)^-1
-  float variance;            ///< weighted sum of squares
+  /// What a sample of the target adds to the sums.
+  struct Weights {
+    std::int16_t gain;
+    std::int16_t u;
+    std::int16_t v;
+  };
+  /// Step from the sums: with the first half of the samples, or with both.
+  struct Solution {
+    float gain;            ///< sum at gain 1
+    float u, v;            ///< sums of the template itself, at gain 1
+    float uu, uv, vu, vv;  ///< shift of one unit of the sums
+  };
+  Weights weights[kPatchSamples];  ///< half by half, row by row; each half of each kind sums to zero
+  Solution half;
+  Solution whole;
+  float variance;  ///< weighted mean square, (grey levels x 64)^2
 };
 
 enum class [[nodiscard]] AlignStatus : std::uint8_t{
@@ -41,8 +56,8 @@ enum class [[nodiscard]] AlignStatus : std::uint8_t{
 
 struct AlignParams {
   int max_iterations = 12;
-  float converged_px = 0.01F;
-  float max_shift_px = 3.0F;  ///< from the start position
+  float converged_px = 0.03F;  ///< last step: each is some five times shorter than the one before
+  float max_shift_px = 3.0F;   ///< from the start position
   float min_correlation = 0.85F;
 };
 
@@ -50,7 +65,7 @@ struct Alignment {
   AlignStatus status = AlignStatus::kOutside;
   float u = 0.0F;
   float v = 0.0F;
-  float correlation = 0.0F;  ///< of template and target, weighted
+  float correlation = 0.0F;  ///< of template and target, weighted; told where converged
 };
 
 /// Cuts the template about pixel (iu, iv); kOutside or kFlat where there is none, else kAligned.

@@ -1,6 +1,7 @@
 #include "features/sift_descriptor.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace cairn {
 namespace {
@@ -9,95 +10,100 @@ constexpr int kCells = 4;
 constexpr int kBins = 8;
 constexpr int kSide = (kCells + 1) * kCellPx - 1;  // samples a side: those within 2.5 cells of the keypoint
 constexpr int kFirst = -(kSide / 2);               // offset of the first sample from the keypoint
+static_assert(kCellPx == 4, "shares of a cell are quarters");
 
-/// Where a sample's row or column falls among the cells: the lower cell (0 = the virtual one before the
-/// first), the share of the upper one, and the Gaussian window.
-struct SampleWeights {
-  int cell[kSide] = {};
-  float upper[kSide] = {};
-  float window[kSide] = {};
+/// Votes of one row of cells, or of one row of samples: 4 cells x 8 orientations.
+using RowHistogram = std::uint32_t[kCells * kBins];
+
+/// What a sample votes for: an axis and a diagonal (bins 0 to 7), and how much each gets.
+struct Vote {
+  std::uint32_t axis;
+  std::uint32_t diagonal;
+  std::uint32_t to_axis;
+  std::uint32_t to_diagonal;
 };
 
-constexpr double exp_series(double x) {  // exp(x) for -2 <= x <= 0
-  double e = 1.0;
-  double term = 1.0;
-  for (int n = 1; n < 25; ++n) {
-    term *= x / n;
-    e += term;
+[[gnu::always_inline]] inline Vote vote_of(std::int32_t gx, std::int32_t gy) {
+  const std::int32_t left = gx >> 31;  // all ones where negative
+  const std::int32_t up = gy >> 31;
+  const auto ax = static_cast<std::uint32_t>((gx ^ left) - left);
+  const auto ay = static_cast<std::uint32_t>((gy ^ up) - up);
+  Vote v;
+  v.diagonal = static_cast<std::uint32_t>(((1 + (left & 2)) ^ up) - up) & 7U;
+  std::uint32_t small;
+  if (ax >= ay) {
+    small = ay;
+    v.to_axis = ax - ay;
+    v.axis = static_cast<std::uint32_t>(left & 4);
+  } else {
+    small = ax;
+    v.to_axis = ay - ax;
+    v.axis = static_cast<std::uint32_t>(2 + (up & 4));
   }
-  return e;
+  v.to_diagonal = small + (small >> 2U) + (small >> 3U);
+  return v;
 }
 
-constexpr SampleWeights make_weights() {
-  SampleWeights w;
-  for (int i = 0; i < kSide; ++i) {
-    const double offset = static_cast<double>(kFirst + i) / kCellPx;  // in cells, from the keypoint
-    const double bin = offset + 0.5 * kCells - 0.5 + 1.0;  // padded by one virtual cell: never negative
-    w.cell[i] = static_cast<int>(bin);
-    w.upper[i] = static_cast<float>(bin - w.cell[i]);
-    w.window[i] = static_cast<float>(exp_series(-offset * offset / (2.0 * 0.25 * kCells * kCells)));
+/// Column `kColumn` of the samples: to the cell before it and the one behind it, in quarters. Cells beyond
+/// the descriptor get nothing.
+template <int kColumn>
+inline void vote(const std::uint16_t* above, const std::uint16_t* here, const std::uint16_t* below,
+                 RowHistogram& row) {
+  constexpr int kBefore = (kColumn + 1) / kCellPx - 1;
+  constexpr std::uint32_t kShare = (kColumn + 1) % kCellPx;
+  const Vote v = vote_of(here[kColumn + 1] - here[kColumn - 1], below[kColumn] - above[kColumn]);
+  if constexpr (kBefore >= 0) {
+    std::uint32_t* bins = row + kBefore * kBins;
+    bins[v.axis] += (kCellPx - kShare) * v.to_axis;
+    bins[v.diagonal] += (kCellPx - kShare) * v.to_diagonal;
   }
-  return w;
-}
-
-constexpr SampleWeights kWeights = make_weights();
-
-/// Votes of one row of samples, before they are spread over two rows of cells.
-using RowHistogram = float[kCells + 2][kBins];
-
-void vote_row(const SmoothImage& image, int iu, int y, RowHistogram& row) {
-  float magnitude[kSide];
-  float bin[kSide];
-  const std::uint16_t* above = image.row(y - 1) + iu + kFirst;
-  const std::uint16_t* here = image.row(y) + iu + kFirst;
-  const std::uint16_t* below = image.row(y + 1) + iu + kFirst;
-  for (int i = 0; i < kSide; ++i) {
-    const auto gx = static_cast<float>(here[i + 1] - here[i - 1]);
-    const auto gy = static_cast<float>(below[i] - above[i]);
-    const float ax = std::fabs(gx);
-    const float ay = std::fabs(gy);
-    const float large = ax > ay ? ax : ay;
-    const float small = ax > ay ? ay : ax;
-    const float t = small / (large + 1.0e-6F);
-    const float t2 = t * t;
-    magnitude[i] = large * (1.0F + t2 * (0.4714F - 0.0572F * t2)) * kWeights.window[i];
-    float octant = t * (1.3476F - 0.3476F * t);  // angle / (pi / 4), 0 to 1
-    octant = ay > ax ? 2.0F - octant : octant;
-    octant = gx < 0.0F ? 4.0F - octant : octant;
-    bin[i] = gy < 0.0F ? 8.0F - octant : octant;
-  }
-  for (int i = 0; i < kSide; ++i) {
-    const int b0 = static_cast<int>(bin[i]);
-    const float f = bin[i] - static_cast<float>(b0);
-    const float high = magnitude[i] * f;
-    const float low = magnitude[i] - high;
-    float* left = row[kWeights.cell[i]];
-    float* right = row[kWeights.cell[i] + 1];
-    const float share = kWeights.upper[i];
-    const int b = b0 & 7;
-    const int b1 = (b0 + 1) & 7;
-    left[b] += low * (1.0F - share);
-    left[b1] += high * (1.0F - share);
-    right[b] += low * share;
-    right[b1] += high * share;
+  if constexpr (kBefore + 1 < kCells && kShare > 0) {
+    std::uint32_t* bins = row + (kBefore + 1) * kBins;
+    bins[v.axis] += kShare * v.to_axis;
+    bins[v.diagonal] += kShare * v.to_diagonal;
   }
 }
 
-Descriptor quantise(const float (&h)[kDescriptorSize]) {
+template <int... kColumns>
+inline void vote_row(const SmoothImage& image, int u, int v, RowHistogram& row,
+                     std::integer_sequence<int, kColumns...>) {
+  const std::uint16_t* here = image.row(v) + u;
+  const std::uint16_t* above = here - image.stride;
+  const std::uint16_t* below = here + image.stride;
+  (vote<kColumns>(above, here, below, row), ...);
+}
+
+/// The Gaussian window at the cells' centres, 1.5 and 0.5 cells from the keypoint, in 1/64.
+constexpr std::uint32_t kWindow[kCells] = {48, 62, 62, 48};
+
+/// Normalised to length 512, cut at 0.2 of it, normalised again.
+Descriptor quantise(std::uint32_t (&h)[kDescriptorSize]) {
   Descriptor out;
-  float norm2 = 0.0F;
-  for (const float v : h) norm2 += v * v;
-  if (!(norm2 > 0.0F)) return out;
-  const float cut = 0.2F * std::sqrt(norm2);
-  float cut_norm2 = 0.0F;
-  for (const float v : h) {
-    const float c = v < cut ? v : cut;
-    cut_norm2 += c * c;
+  std::uint32_t any = 0;
+  for (const std::uint32_t v : h) any |= v;
+  if (any == 0) return out;
+  // To 12 bits: squares then add up in 32. Fewer bits than 12 become 12, so that weak texture loses nothing.
+  int down = 0;
+  int up = 0;
+  while ((any >> down) >= 4096U) ++down;
+  while ((any << up) < 2048U) ++up;
+  std::uint32_t norm2 = 0;
+  for (std::uint32_t& v : h) {
+    v = (v >> down) << up;
+    norm2 += v * v;
   }
-  const float scale = 512.0F / std::sqrt(cut_norm2);
+  const auto cut = static_cast<std::uint32_t>(0.2F * std::sqrt(static_cast<float>(norm2)) + 0.5F);
+  std::uint32_t cut_norm2 = 0;
+  for (std::uint32_t& v : h) {
+    if (v > cut) v = cut;
+    cut_norm2 += v * v;
+  }
+  // v / |v| <= 1: the product stays below 2^26.
+  const auto scale =
+      static_cast<std::uint32_t>(512.0F * 65536.0F / std::sqrt(static_cast<float>(cut_norm2)) + 0.5F);
   for (int i = 0; i < kDescriptorSize; ++i) {
-    const float c = (h[i] < cut ? h[i] : cut) * scale + 0.5F;
-    out.bin[i] = static_cast<std::uint8_t>(c < 255.0F ? c : 255.0F);
+    const std::uint32_t c = (h[i] * scale + 32768U) >> 16U;
+    out.bin[i] = static_cast<std::uint8_t>(c < 255U ? c : 255U);
   }
   return out;
 }
@@ -114,42 +120,60 @@ constexpr Reciprocals make_reciprocals() {
 
 constexpr Reciprocals kReciprocal = make_reciprocals();
 
+/// The window makes the inner cells heaviest: distances that stop early stop there.
+constexpr std::uint8_t kCentreFirst[kCells * kCells] = {5, 6, 9, 10, 1, 2, 4, 7, 8, 11, 13, 14, 0, 3, 12, 15};
+
 }  // namespace
 
 Descriptor describe(const SmoothImage& image, int iu, int iv) {
   CAIRN_ASSERT(iu >= kDescriptorMargin && iv >= kDescriptorMargin && iu < image.width - kDescriptorMargin &&
                iv < image.height - kDescriptorMargin);
-  float cells[kCells + 2][kCells + 2][kBins] = {};
-  for (int j = 0; j < kSide; ++j) {
-    RowHistogram row = {};
-    vote_row(image, iu, iv + kFirst + j, row);
-    const float upper = kWeights.upper[j] * kWeights.window[j];
-    const float lower = kWeights.window[j] - upper;
-    float* to_lower = &cells[kWeights.cell[j]][0][0];
-    float* to_upper = &cells[kWeights.cell[j] + 1][0][0];
-    const float* from = &row[0][0];
-    for (int k = 0; k < (kCells + 2) * kBins; ++k) {
-      to_lower[k] += from[k] * lower;
-      to_upper[k] += from[k] * upper;
+  std::uint32_t h[kDescriptorSize];
+  RowHistogram lower;  // what the rows since the last row of cells give the next one
+  const auto columns = std::make_integer_sequence<int, kSide>();
+  for (int j = -1; j < kSide;) {
+    // Four rows whose shares of the cells above them are 4, 3, 2, 1 quarters, and of those below 0, 1, 2, 3:
+    // the running sums of the rows add up to the first.
+    RowHistogram sum;
+    RowHistogram upper;
+    for (int i = 0; i < kCells * kBins; ++i) sum[i] = 0;
+    if (j >= 0) vote_row(image, iu + kFirst, iv + kFirst + j, sum, columns);
+    for (int i = 0; i < kCells * kBins; ++i) upper[i] = sum[i];
+    for (int k = 1; k < kCellPx; ++k) {
+      vote_row(image, iu + kFirst, iv + kFirst + j + k, sum, columns);
+      for (int i = 0; i < kCells * kBins; ++i) upper[i] += sum[i];
+    }
+    j += kCellPx;
+    const int cell = j / kCellPx - 1;  // above these rows
+    for (int i = 0; i < kCells * kBins; ++i) {
+      if (cell >= 0) h[cell * kCells * kBins + i] = lower[i] + upper[i];
+      lower[i] = kCellPx * sum[i] - upper[i];
     }
   }
-  float h[kDescriptorSize];
   for (int j = 0; j < kCells; ++j) {
     for (int i = 0; i < kCells; ++i) {
-      for (int b = 0; b < kBins; ++b) h[(j * kCells + i) * kBins + b] = cells[j + 1][i + 1][b];
+      const std::uint32_t w = kWindow[j] * kWindow[i] / kCellPx;
+      for (int b = 0; b < kBins; ++b) {
+        std::uint32_t& v = h[(j * kCells + i) * kBins + b];
+        v = (v >> 12U) * w + (((v & 0xFFFU) * w) >> 12U);
+      }
     }
   }
   return quantise(h);
 }
 
 std::uint32_t chi_squared(const Descriptor& a, const Descriptor& b, std::uint32_t stop) {
+  static_assert(kBins == 8, "told out below");
   std::uint32_t sum = 0;
-  for (int i = 0; i < kDescriptorSize; i += 16) {
-    for (int k = i; k < i + 16; ++k) {
-      const int d = static_cast<int>(a.bin[k]) - static_cast<int>(b.bin[k]);
+  for (const std::uint8_t cell : kCentreFirst) {
+    const std::uint8_t* pa = a.bin + cell * kBins;
+    const std::uint8_t* pb = b.bin + cell * kBins;
+    const auto at = [pa, pb](int k) {
+      const int d = static_cast<int>(pa[k]) - static_cast<int>(pb[k]);
       // d^2 / s <= 255, so d^2 * 2^16 / s stays below 2^24.
-      sum += (static_cast<std::uint32_t>(d * d) * kReciprocal.value[a.bin[k] + b.bin[k]]) >> 8U;
-    }
+      return (static_cast<std::uint32_t>(d * d) * kReciprocal.value[pa[k] + pb[k]]) >> 8U;
+    };
+    sum += at(0) + at(1) + at(2) + at(3) + at(4) + at(5) + at(6) + at(7);
     if (sum >= stop) return sum;
   }
   return sum;

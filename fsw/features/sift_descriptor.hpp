@@ -2,13 +2,17 @@
 /// normalisation; METHOD section A).
 ///
 /// Gradients are central differences of the smoothed image. Each of 19 x 19 samples about the keypoint's
-/// pixel votes with its magnitude times a Gaussian window (sigma = half the descriptor's width) into the
-/// nearest 2 x 2 cells and 2 orientations (tri-linear). The vector is normalised, cut at 0.2, normalised
-/// again and multiplied by 512 (at most 255). Cells are `kCellPx` wide: that of a SIFT keypoint of scale
-/// kCellPx / 3.
+/// pixel votes into the nearest 2 x 2 cells, linearly in u and v, and into the axis (0, 2, 4, 6) and the
+/// diagonal (1, 3, 5, 7) on both sides of its direction. The cells are multiplied by a Gaussian window (sigma
+/// = half the descriptor's width) at their centres; the vector is normalised, cut at 0.2, normalised again
+/// and multiplied by 512 (at most 255). Cells are `kCellPx` wide: that of a SIFT keypoint of scale kCellPx
+/// / 3.
 ///
-/// Orientation comes from a quadratic approximation of the arc tangent (error below 0.004 rad) and magnitude
-/// from a polynomial (error below 0.5 %): a 750 has neither instruction, and the bins are 0.79 rad wide.
+/// A gradient whose components have magnitudes l >= s gives l - s to the axis and 11/8 s to the diagonal: its
+/// decomposition along the two, but for 1.375 in place of 1.414, which evens the total out (within 7 % of the
+/// magnitude at any angle). That and the window at the cells (the 'flat window' of VLFeat's dense SIFT) leave
+/// integers alone and no division, arc tangent or product a sample, at a cosine of 0.995 to Lowe's formula;
+/// the matches of the sample traverse are as many.
 #pragma once
 
 #include "features/feature_set.hpp"

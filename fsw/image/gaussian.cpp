@@ -1,44 +1,129 @@
 #include "image/gaussian.hpp"
 
-#include <cstring>
-
 namespace cairn {
+namespace {
 
-void RowBlur::start(const BlurKernel& kernel, int width, int height) {
-  CAIRN_ASSERT(width > 0 && width <= cfg::kImageWidth && height > 0 && kernel.radius <= kMaxBlurRadius);
-  kernel_ = kernel;
-  width_ = width;
-  height_ = height;
+constexpr std::uint32_t kLow12 = 0x0FFF0FFFU;
+constexpr std::uint32_t kRound = 0x00080008U;
+
+std::uint32_t pair_of(std::uint32_t high, std::uint32_t low) { return (high << 16U) | low; }
+
+/// 16 bits to 12 in both halves, rounded. The rounding carries into nothing: sums are at most 65280.
+std::uint32_t cut(std::uint32_t w) { return ((w + kRound) >> 4U) & kLow12; }
+
+}  // namespace
+
+void ScaleRows::start(const ImageU8& image) {
+  CAIRN_ASSERT(image.data != nullptr && image.width >= 2 * kDifferenceMargin &&
+               image.width <= cfg::kImageWidth && image.height >= 2 * kDifferenceMargin);
+  image_ = image;
+  half_ = (image.width + 1) / 2;
+  y_ = 0;
+  pack(0);
 }
 
-void RowBlur::feed(const std::uint8_t* row, int y) {
-  const int r = kernel_.radius;
-  std::uint8_t padded[cfg::kImageWidth + 2 * kMaxBlurRadius];
-  std::memset(padded, row[0], static_cast<std::size_t>(r));
-  std::memcpy(padded + r, row, static_cast<std::size_t>(width_));
-  std::memset(padded + r + width_, row[width_ - 1], static_cast<std::size_t>(r));
+void ScaleRows::next(std::uint16_t* light, std::int16_t* difference) {
+  const int y = y_++;
+  CAIRN_ASSERT(y < image_.height);
+  if (y + 1 < image_.height) pack(y + 1);
+  smooth_columns(y, light);
+  if (y >= 4) smooth_rows(y - 2);
+  const int inside = y - kDelay;
+  if (inside >= kDifferenceMargin && inside < image_.height - kDifferenceMargin) subtract(inside, difference);
+}
 
-  std::uint16_t* out = ring_[y % kRing];
-  for (int x = 0; x < width_; ++x) out[x] = static_cast<std::uint16_t>(kernel_.tap[0] * padded[x + r]);
-  for (int i = 1; i <= r; ++i) {
-    const std::uint16_t w = kernel_.tap[i];
-    const std::uint8_t* a = padded + r - i;
-    const std::uint8_t* b = padded + r + i;
-    for (int x = 0; x < width_; ++x) out[x] = static_cast<std::uint16_t>(out[x] + w * (a[x] + b[x]));
+void ScaleRows::pack(int y) {
+  const std::uint8_t* row = image_.row(y);
+  const std::uint8_t* right = row + half_;
+  std::uint32_t* out = packed_[y % kRowRing] + kPad;
+  const int both = image_.width - half_;
+  const std::uint32_t first = row[0];
+  const std::uint32_t last = row[image_.width - 1];
+  for (int k = -kPad; k < 0; ++k) out[k] = pair_of(first, right[k]);
+  for (int k = 0; k < both; ++k) out[k] = pair_of(row[k], right[k]);
+  for (int k = both; k < half_ + kPad; ++k) out[k] = pair_of(row[k], last);
+}
+
+/// Three rows of the image to one of the light image and one of across_.
+void ScaleRows::smooth_columns(int y, std::uint16_t* light) {
+  const std::uint32_t* here = packed_[y % kRowRing];
+  const std::uint32_t* above = y > 0 ? packed_[(y - 1) % kRowRing] : here;
+  const std::uint32_t* below = y + 1 < image_.height ? packed_[(y + 1) % kRowRing] : here;
+  std::uint32_t* across = across_[y % kRing];
+  std::uint16_t* light_right = light + half_;
+  const int both = image_.width - half_;
+  // A running sum of neighbours for each factor [1 1]; what comes out is centred three words back.
+  std::uint32_t d0 = 0, d1 = 0, d2 = 0, d3 = 0, d4 = 0, d5 = 0;
+  std::uint32_t g0 = 0, g1 = 0;  // the last two sums of the light image's column
+  const auto sums = [&](int k) {
+    const std::uint32_t outer = above[k] + below[k];
+    const std::uint32_t twice = here[k] << 1U;
+    const std::uint32_t a0 = outer + twice;           // [1 2 1]
+    const std::uint32_t g = 3U * a0 + (twice << 1U);  // [3 10 3]
+    const std::uint32_t a1 = a0 + d0;
+    const std::uint32_t a2 = a1 + d1;
+    const std::uint32_t a3 = a2 + d2;
+    const std::uint32_t a4 = a3 + d3;
+    const std::uint32_t a5 = a4 + d4;
+    const std::uint32_t a6 = a5 + d5;
+    d0 = a0, d1 = a1, d2 = a2, d3 = a3, d4 = a4, d5 = a5;
+    across[k >= 3 ? k - 3 : 0] = cut(a6);
+    const std::uint32_t w = 3U * (g0 + g) + 10U * g1;
+    g0 = g1;
+    g1 = g;
+    return w;
+  };
+  int k = 0;
+  for (; k <= kPad; ++k) static_cast<void>(sums(k));
+  for (int x = 0; x < both; ++x, ++k) {
+    const std::uint32_t w = sums(k);
+    light[x] = static_cast<std::uint16_t>(w >> 16U);
+    light_right[x] = static_cast<std::uint16_t>(w & 0xFFFFU);
+  }
+  for (int x = both; x < half_; ++x, ++k) light[x] = static_cast<std::uint16_t>(sums(k) >> 16U);
+  for (; k < half_ + 2 * kPad; ++k) static_cast<void>(sums(k));
+}
+
+/// Five rows of across_ to one of fine_ and one of wide_.
+void ScaleRows::smooth_rows(int y) {
+  const std::uint32_t* r0 = across_[(y - 2) % kRing];
+  const std::uint32_t* r1 = across_[(y - 1) % kRing];
+  const std::uint32_t* r2 = across_[y % kRing];
+  const std::uint32_t* r3 = across_[(y + 1) % kRing];
+  const std::uint32_t* r4 = across_[(y + 2) % kRing];
+  std::uint32_t* fine = fine_[y % kRowRing];
+  std::uint32_t* wide = wide_[y % kRing];
+  std::uint32_t p0 = 0, p1 = 0;  // words before
+  std::uint32_t t0 = 0, t1 = 0;  // sums of words two apart
+  // Two words more on each side, where across_ still holds sums of whole neighbourhoods.
+  for (int k = kPad - 2; k < half_ + kPad + 2; ++k) {
+    const std::uint32_t middle = r2[k];
+    const std::uint32_t sum = r0[k] + r4[k] + ((r1[k] + middle + r3[k]) << 2U) + (middle << 1U);
+    const std::uint32_t f = cut(sum);
+    fine[k] = f;
+    const std::uint32_t t = f + p0;
+    p0 = p1;
+    p1 = f;
+    wide[k - 2] = t + t0;
+    t0 = t1;
+    t1 = t;
   }
 }
 
-void RowBlur::finish(int y, std::uint16_t* out) const {
-  std::uint32_t sum[cfg::kImageWidth];
-  const std::uint16_t* centre = ring_[y % kRing];
-  for (int x = 0; x < width_; ++x) sum[x] = 128U + static_cast<std::uint32_t>(kernel_.tap[0]) * centre[x];
-  for (int i = 1; i <= kernel_.radius; ++i) {
-    const std::uint32_t w = kernel_.tap[i];
-    const std::uint16_t* a = ring_[(y - i < 0 ? 0 : y - i) % kRing];
-    const std::uint16_t* b = ring_[(y + i >= height_ ? height_ - 1 : y + i) % kRing];
-    for (int x = 0; x < width_; ++x) sum[x] += w * (static_cast<std::uint32_t>(a[x]) + b[x]);
+void ScaleRows::subtract(int y, std::int16_t* difference) const {
+  const std::uint32_t* above = wide_[(y - 2) % kRing] + kPad;
+  const std::uint32_t* here = wide_[y % kRing] + kPad;
+  const std::uint32_t* below = wide_[(y + 2) % kRing] + kPad;
+  const std::uint32_t* fine = fine_[y % kRowRing] + kPad;
+  std::int16_t* right = difference + half_;
+  const int both = image_.width - half_;
+  for (int k = 0; k < half_; ++k) {
+    // The high half borrows what the low one is below zero.
+    const std::uint32_t w = above[k] + (here[k] << 1U) + below[k] - (fine[k] << 4U);
+    const auto low = static_cast<std::int16_t>(w & 0xFFFFU);
+    difference[k] = static_cast<std::int16_t>((w - static_cast<std::uint32_t>(low)) >> 16U);
+    if (k < both) right[k] = low;
   }
-  for (int x = 0; x < width_; ++x) out[x] = static_cast<std::uint16_t>(sum[x] >> 8U);
 }
 
 }  // namespace cairn

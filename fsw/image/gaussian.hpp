@@ -1,9 +1,22 @@
-/// Separable Gaussian smoothing in integers, a row at a time, so that a caller can stream an image through a
-/// few rows of cache instead of keeping whole intermediate images.
+/// What features are found and described on, in integers, a row at a time: the image under a light Gaussian,
+/// and the difference of two wider ones.
 ///
-/// Samples: u8 grey in; u16 with 8 fraction bits out (65280 = grey 255). Weights are integers that sum to
-/// 256, so the result is exact and the same on every target. Rows and columns beyond the border repeat the
-/// border pixel.
+/// All kernels are separable and binomial, sums of neighbours and shifts, with no multiplication a pixel:
+///   light      [3 10 3] / 16 in each direction: sigma 0.612 px, exact
+///   fine       [1 1]^6 / 64: sigma 1.225 px, in 1/16 grey levels
+///   coarse     fine under [1 0 2 0 1] / 4 (a trous): sigma 1.871 px
+///   difference coarse - fine, exact from there
+/// Two pixels share a 32-bit word: those half an image width apart, so that a pixel's neighbours stand in the
+/// neighbouring words in both halves, and neither half carries into the other (sums are cut back to 12 bits
+/// before they outgrow 16; the difference is recovered modulo 2^16). A 750 has no vector unit: this halves
+/// its work and is the same on every target.
+///
+/// Units: u8 grey in; u16 with 8 fraction bits (65280 = grey 255) for the light image; the difference in grey
+/// levels x 256, at most 79 grey levels of either sign for any image. Beyond the border the light image
+/// repeats the border pixel; the difference is told for pixels at least kDifferenceMargin inside.
+///
+/// Source: binomial filters Burt & Adelson 1983; a-trous cascade Holschneider et al. 1989. Cost: some 25
+/// operations a pixel.
 #pragma once
 
 #include <cstdint>
@@ -13,54 +26,36 @@
 
 namespace cairn {
 
-inline constexpr int kMaxBlurRadius = 8;
-
-/// Half of a symmetric kernel: tap[0] is the centre; tap[0] + 2 sum(tap[1..radius]) = 256.
-struct BlurKernel {
-  int radius = 0;
-  std::uint16_t tap[kMaxBlurRadius + 1] = {};
-};
-
-/// Kernel for a standard deviation of 0.5 to 2.6 px, cut at 3 sigma. Meant for compile time.
-constexpr BlurKernel make_blur_kernel(double sigma_px) {
-  BlurKernel kernel;
-  kernel.radius = static_cast<int>(3.0 * sigma_px + 0.5);
-  double weight[kMaxBlurRadius + 1] = {};
-  double sum = 0.0;
-  for (int i = 0; i <= kernel.radius; ++i) {
-    // exp(-x) as exp(-x/64)^64 by its series: constexpr and the same bits everywhere.
-    const double x = 0.5 * i * i / (sigma_px * sigma_px) / 64.0;
-    double e = 1.0 - x + x * x / 2.0 - x * x * x / 6.0 + x * x * x * x / 24.0 - x * x * x * x * x / 120.0;
-    for (int k = 0; k < 6; ++k) e *= e;
-    weight[i] = e;
-    sum += i == 0 ? e : 2.0 * e;
-  }
-  int total = 0;
-  for (int i = 1; i <= kernel.radius; ++i) {
-    kernel.tap[i] = static_cast<std::uint16_t>(256.0 * weight[i] / sum + 0.5);
-    total += 2 * kernel.tap[i];
-  }
-  kernel.tap[0] = static_cast<std::uint16_t>(256 - total);
-  return kernel;
-}
-
-/// Streams an image through the kernel: feed rows 0, 1, 2, ... and take finished rows `radius` behind.
-class RowBlur {
+class ScaleRows {
  public:
-  void start(const BlurKernel& kernel, int width, int height);
-  /// Smooths row `y` of the image horizontally into the ring. Rows must come in order.
-  void feed(const std::uint8_t* row, int y);
-  /// Row `y` of the smoothed image into `out` (width samples). Asks for rows up to min(y + radius, height -
-  /// 1) fed.
-  void finish(int y, std::uint16_t* out) const;
-  int radius() const { return kernel_.radius; }
+  /// The difference of row y comes with row y + kDelay of the image.
+  static constexpr int kDelay = 4;
+  static constexpr int kDifferenceMargin = 6;
+
+  /// Starts on `image` (borrowed until the last row), at least 2 * kDifferenceMargin a side.
+  void start(const ImageU8& image);
+  /// Reads the next row y = 0, 1, ... height - 1: writes the light image's row y, and the difference's row
+  /// y - kDelay where that lies kDifferenceMargin inside (else leaves it). Both have room for the width.
+  void next(std::uint16_t* light, std::int16_t* difference);
 
  private:
-  static constexpr int kRing = 2 * kMaxBlurRadius + 1;
-  BlurKernel kernel_;
-  int width_ = 0;
-  int height_ = 0;
-  std::uint16_t ring_[kRing][cfg::kImageWidth] = {};
+  static constexpr int kPad = 5;  // words before the first and behind the last one
+  static constexpr int kWords = (cfg::kImageWidth + 1) / 2 + 2 * kPad + 2;
+  static constexpr int kRowRing = 3;
+  static constexpr int kRing = 5;
+
+  void pack(int y);
+  void smooth_columns(int y, std::uint16_t* light);
+  void smooth_rows(int y);
+  void subtract(int y, std::int16_t* difference) const;
+
+  ImageU8 image_;
+  int half_ = 0;  // words of a row: columns x and x + half_ share one
+  int y_ = 0;
+  std::uint32_t packed_[kRowRing][kWords] = {};  // rows of the image
+  std::uint32_t across_[kRing][kWords] = {};  // smoothed along columns by [1 2 1] and along rows by [1 1]^6
+  std::uint32_t fine_[kRowRing][kWords] = {};
+  std::uint32_t wide_[kRing][kWords] = {};  // fine, smoothed along rows by [1 0 2 0 1]
 };
 
 }  // namespace cairn

@@ -44,46 +44,88 @@ int hypotheses_needed(double inlier_share, double confidence, int most) {
   return n;
 }
 
-/// Residual and Jacobians of one pair at a motion.
-struct Linearised {
-  Vec3 r;                         ///< (u, v, d) measured - predicted
-  Eigen::Matrix<double, 3, 6> J;  ///< of the prediction, by the left perturbation
-  Vec3 j_ref;                     ///< of the prediction, by d_ref
-};
-
-Linearised linearise(const StereoRig& rig, const MotionPair& pair, const Pose3& T) {
-  Linearised l;
-  const Vec3 rotated = T.q * pair.p_ref_m;
-  const Vec3 p = rotated + T.t;
-  const double iz = 1.0 / p.z();
-  const double u = rig.fx_px * p.x() * iz + rig.cx_px;
-  const double v = rig.fy_px * p.y() * iz + rig.cy_px;
-  const double d = rig.fx_px * rig.baseline_m * iz;
-  l.r = Vec3(pair.seen.u_left - u, pair.seen.v_left - v, pair.seen.disparity_px() - d);
-  Mat3 h;                                                  // of (u, v, d) by p
-  h << rig.fx_px * iz, 0.0, -rig.fx_px * p.x() * iz * iz,  //
-      0.0, rig.fy_px * iz, -rig.fy_px * p.y() * iz * iz,   //
-      0.0, 0.0, -d * iz;
-  Mat3 minus_skew;  // d(exp(w) p) = w x p = -[p]x w
-  minus_skew << 0.0, p.z(), -p.y(), -p.z(), 0.0, p.x(), p.y(), -p.x(), 0.0;
-  l.J.leftCols<3>().noalias() = h * minus_skew;
-  l.J.rightCols<3>() = h;
-  l.j_ref.noalias() = h * (rotated * (-1.0 / pair.d_ref_px));  // p_ref is proportional to 1 / d_ref
-  return l;
-}
-
 /// Variances in units of sigma^2: u_left and v as measured, d the difference of two.
 constexpr double kVarU = 1.0;
 constexpr double kVarV = 1.0;
 constexpr double kVarD = 1.5;
 
-/// Inverse of diag(kVar) + kVarD j j^T by Sherman and Morrison.
-Mat3 information_of(const Vec3& j) {
-  const Vec3 a(1.0 / kVarU, 1.0 / kVarV, 1.0 / kVarD);
-  const Vec3 aj = a.cwiseProduct(j);
-  Mat3 w = a.asDiagonal();
-  w.noalias() -= aj * (aj.transpose() * (kVarD / (1.0 + kVarD * j.dot(aj))));
-  return w;
+/// A motion as its pairs see it: the matrix once, not the quaternion for each point.
+struct Motion {
+  Mat3 R;
+  Vec3 t;
+  explicit Motion(const Pose3& T) : R(T.q.toRotationMatrix()), t(T.t) {}
+};
+
+/// Residual of one pair at a motion, and the information it holds: diag(1 / kVar) - k aj aj^T, the inverse of
+/// diag(kVar) + kVarD j j^T by Sherman and Morrison, j = d(prediction) / d(d_ref). Plain numbers, and no
+/// products with the zeros of the Jacobians: this is the inner loop of the refinement.
+struct Residual {
+  double x, y, z, iz;           // the point in the current camera
+  double u, v, d;               // measured - predicted
+  double hu, hv, hux, hvy, hd;  // prediction by point: (hu, 0, hux), (0, hv, hvy), (0, 0, hd)
+  double aj_u, aj_v, aj_d, k;
+  double aj_r;     // aj^T r
+  double squared;  // r^T information r, in units of sigma^2
+};
+
+/// False where the point lies behind the camera.
+bool residual_of(const StereoRig& rig, const MotionPair& pair, const Motion& m, Residual& o) {
+  const double px = pair.p_ref_m[0];
+  const double py = pair.p_ref_m[1];
+  const double pz = pair.p_ref_m[2];
+  const double rx = m.R(0, 0) * px + m.R(0, 1) * py + m.R(0, 2) * pz;
+  const double ry = m.R(1, 0) * px + m.R(1, 1) * py + m.R(1, 2) * pz;
+  const double rz = m.R(2, 0) * px + m.R(2, 1) * py + m.R(2, 2) * pz;
+  o.x = rx + m.t[0];
+  o.y = ry + m.t[1];
+  o.z = rz + m.t[2];
+  if (!(o.z > kMinDepth)) return false;
+  o.iz = 1.0 / o.z;
+  o.hu = rig.fx_px * o.iz;
+  o.hv = rig.fy_px * o.iz;
+  const double u = o.hu * o.x;
+  const double v = o.hv * o.y;
+  const double d = o.hu * rig.baseline_m;
+  o.hux = -u * o.iz;
+  o.hvy = -v * o.iz;
+  o.hd = -d * o.iz;
+  o.u = pair.seen.u_left - (u + rig.cx_px);
+  o.v = pair.seen.v_left - (v + rig.cy_px);
+  o.d = pair.seen.disparity_px() - d;
+  const double s = -1.0 / pair.d_ref_px;  // p_ref is proportional to 1 / d_ref
+  const double ju = (o.hu * rx + o.hux * rz) * s;
+  const double jv = (o.hv * ry + o.hvy * rz) * s;
+  const double jd = o.hd * rz * s;
+  o.aj_u = ju * (1.0 / kVarU);
+  o.aj_v = jv * (1.0 / kVarV);
+  o.aj_d = jd * (1.0 / kVarD);
+  o.k = kVarD / (1.0 + kVarD * (ju * o.aj_u + jv * o.aj_v + jd * o.aj_d));
+  o.aj_r = o.aj_u * o.u + o.aj_v * o.v + o.aj_d * o.d;
+  o.squared = o.u * o.u * (1.0 / kVarU) + o.v * o.v * (1.0 / kVarV) + o.d * o.d * (1.0 / kVarD) -
+              o.k * o.aj_r * o.aj_r;
+  return true;
+}
+
+/// Adds one pair's J^T W J (lower half) and J^T W r to the normal equations, W = weight * information. J is
+/// of the prediction by the left perturbation (rotation, translation): d(exp(w) p) = w x p.
+void accumulate(const Residual& o, double weight, Mat6& information, Vec6& gradient) {
+  const double Ju[6] = {o.hux * o.y, o.hu * o.z - o.hux * o.x, -o.hu * o.y, o.hu, 0.0, o.hux};
+  const double Jv[6] = {o.hvy * o.y - o.hv * o.z, -o.hvy * o.x, o.hv * o.x, 0.0, o.hv, o.hvy};
+  const double Jd[6] = {o.hd * o.y, -o.hd * o.x, 0.0, 0.0, 0.0, o.hd};
+  const double wu = weight * (1.0 / kVarU);
+  const double wv = weight * (1.0 / kVarV);
+  const double wd = weight * (1.0 / kVarD);
+  const double wk = weight * o.k;
+  double g[6];
+  for (int i = 0; i < 6; ++i) g[i] = o.aj_u * Ju[i] + o.aj_v * Jv[i] + o.aj_d * Jd[i];
+  for (int i = 0; i < 6; ++i) {
+    const double cu = wu * Ju[i];
+    const double cv = wv * Jv[i];
+    const double cd = wd * Jd[i];
+    const double cg = wk * g[i];
+    for (int j = 0; j <= i; ++j) information(i, j) += cu * Ju[j] + cv * Jv[j] + cd * Jd[j] - cg * g[j];
+    gradient[i] += cu * o.u + cv * o.v + cd * o.d - cg * o.aj_r;
+  }
 }
 
 }  // namespace
@@ -224,10 +266,11 @@ double RefineMotionJob::residual_scale() const {
   constexpr double kChiMedian = 1.538;
   std::uint16_t histogram[kBins] = {};
   int count = 0;
+  const Motion motion(T_cur_ref_);
   for (const MotionPair& pair : *pairs_) {
-    if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
-    const Linearised l = linearise(rig_, pair, T_cur_ref_);
-    const double m = std::sqrt(l.r.dot(information_of(l.j_ref) * l.r)) / params_.sigma_px;
+    Residual o;
+    if (!residual_of(rig_, pair, motion, o)) continue;
+    const double m = std::sqrt(o.squared > 0.0 ? o.squared : 0.0) / params_.sigma_px;
     ++histogram[m * kPerUnit < kBins - 1 ? static_cast<int>(m * kPerUnit) : kBins - 1];
     ++count;
   }
@@ -244,15 +287,14 @@ bool RefineMotionJob::iterate() {
   sigma_px_ = params_.sigma_px * residual_scale();
   const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
+  const Motion motion(T_cur_ref_);
   for (const MotionPair& pair : *pairs_) {
-    if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
-    const Linearised l = linearise(rig_, pair, T_cur_ref_);
-    const Mat3 w = information_of(l.j_ref);
-    const double m2 = l.r.dot(w * l.r) / s2;
-    const Mat3 weighted = w * (1.0 / (s2 * (1.0 + m2 / c2)));
-    const Eigen::Matrix<double, 6, 3> jw = l.J.transpose() * weighted;
-    information_.noalias() += jw * l.J;
-    gradient.noalias() += jw * l.r;
+    Residual o;
+    if (!residual_of(rig_, pair, motion, o)) continue;
+    accumulate(o, 1.0 / (s2 + o.squared / c2), information_, gradient);
+  }
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < i; ++j) information_(j, i) = information_(i, j);
   }
   const Eigen::LDLT<Mat6> ldlt(information_);
   const Vec6 pivots = ldlt.vectorD();
@@ -280,12 +322,13 @@ MotionStatus RefineMotionJob::finish() {
   double weights = 0.0;
   double pulls2 = 0.0;  // squares of the weighted residuals, of one coordinate
   double slopes = 0.0;  // what a weighted residual changes by with its residual, of one coordinate
+  const Motion motion(T_cur_ref_);
   for (std::size_t i = 0; i < pairs_->size(); ++i) {
     const MotionPair& pair = (*pairs_)[i];
     inlier_[i] = false;
-    if (!((T_cur_ref_ * pair.p_ref_m).z() > kMinDepth)) continue;
-    const Linearised l = linearise(rig_, pair, T_cur_ref_);
-    const double m2 = l.r.dot(information_of(l.j_ref) * l.r) / s2;
+    Residual o;
+    if (!residual_of(rig_, pair, motion, o)) continue;
+    const double m2 = o.squared / s2;
     const double w = 1.0 / (1.0 + m2 / c2);
     weights += w;
     pulls2 += w * w * m2 / 3.0;
@@ -293,7 +336,7 @@ MotionStatus RefineMotionJob::finish() {
     if (m2 > 9.0 * 3.0) continue;
     inlier_[i] = true;
     ++result_.inliers;
-    sum += l.r.squaredNorm();
+    sum += o.u * o.u + o.v * o.v + o.d * o.d;
   }
   if (result_.inliers < params_.min_inliers) return MotionStatus::kNoConsensus;
   result_.rms_px = std::sqrt(sum / (3.0 * result_.inliers));

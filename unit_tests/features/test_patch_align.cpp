@@ -33,18 +33,14 @@ struct Change {
 template <typename Grey>
 void picture(const Grey& grey, double noise, Random& random, std::uint16_t* out) {
   static std::uint8_t bytes[kSide * kSide];
-  static RowBlur blur;
-  constexpr BlurKernel kKernel = make_blur_kernel(0.6);
+  static ScaleRows rows;
+  static std::int16_t unused[kSide];
   for (int i = 0; i < kSide * kSide; ++i) {
     const double g = grey(i % kSide, i / kSide) + noise * test::normal(random) + 0.5;
     bytes[i] = static_cast<std::uint8_t>(g < 0.0 ? 0.0 : (g > 255.0 ? 255.0 : g));
   }
-  blur.start(kKernel, kSide, kSide);
-  int fed = 0;
-  for (int y = 0; y < kSide; ++y) {
-    for (; fed <= y + kKernel.radius && fed < kSide; ++fed) blur.feed(bytes + fed * kSide, fed);
-    blur.finish(y, out + y * kSide);
-  }
+  rows.start(packed_view<const std::uint8_t>(bytes, kSide, kSide));
+  for (int y = 0; y < kSide; ++y) rows.next(out + y * kSide, unused);
 }
 
 /// The texture, and what the change makes of it: the template's pixel lies at (kAt + du, kAt + dv).
@@ -167,9 +163,9 @@ void test_zero_shift_stays(void**) {
   fill(waves, {}, random);
   const Alignment a = run();
   assert_status(a.status, AlignStatus::kAligned);
-  assert_near(a.u, kAt, 1e-4);
-  assert_near(a.v, kAt, 1e-4);
-  assert_near(a.correlation, 1.0, 1e-4);
+  assert_near(a.u, kAt, 1e-3);  // weights are rounded
+  assert_near(a.v, kAt, 1e-3);
+  assert_near(a.correlation, 1.0, 1e-3);
 }
 
 void test_template_outside(void**) {
