@@ -286,7 +286,7 @@ $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
 # These run the program.
-$(B)/tests/ground_tools/test_cmd_run $(B)/tests/ground_tools/test_report: $(CAIRN)
+$(addprefix $(B)/tests/ground_tools/,test_cmd_run test_cmd_tape test_report): $(CAIRN)
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
