@@ -27,7 +27,8 @@ say = @printf '  %-8s %s\n' '$(1)' '$(2)'
 
 # ---- flags ---------------------------------------------------------------------------------------------------------
 WARN    := -Wall -Wextra -Wshadow -Wvla -Walloca -Wcast-align -Wdouble-promotion -Wnon-virtual-dtor -Werror
-EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_ALIGN_BYTES=0 -isystem /usr/include/eigen3
+EIGEN_HOME := /usr/include/eigen3
+EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_ALIGN_BYTES=0 -isystem $(EIGEN_HOME)
 INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
 comma   := ,
 SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
@@ -71,6 +72,15 @@ DEMO         := build/demo
 DEMO_SCENE   := mission_cfg/scenes/demo.toml
 CAMPAIGN     := build/campaign$(if $(filter-out paper,$(MISSION)),-$(MISSION))
 N            ?= 30
+
+# What integrators get: the files of the board beside the library, and what cairn.pc says. Inline functions of the headers
+# must be compiled alike on both sides, so that the flags with a say in layout or in a result go along.
+SDK          := $(abspath $(or $(PREFIX),$(B)/sdk))
+SDK_BOARD    := $(wildcard $(addprefix platform/,$(addprefix $(TARGET)/*.,c S s ld) bare/board.h bare/runtime.c))
+SDK_FLAGS    := -std=% -ffp-contract=% -fno-math-errno -fno-exceptions -fno-rtti -fno-threadsafe-statics -DEIGEN%
+CAIRN_PC      = -e 's|@TARGET@|$(TARGET)|; s|@MISSION@|$(MISSION)|; s|@CXX@|$(CXX)|; s|@CPU@|$(CPU)|' \
+                -e 's|@BOARD@|$(if $(BARE),$${prefix}/platform/$(TARGET))|; s|@FLAGS@|$(filter $(SDK_FLAGS),$(FLIGHT))|' \
+                -e 's|@RUN@|$(if $(BARE),$(patsubst $(or $(BARE_BOARD),-),$${board}/boot.elf,$(call run_image,IMAGE)))|'
 
 TOOL_LIBS    := -lgdal -lembree3
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
@@ -161,6 +171,24 @@ all: $(FSW_LIB) $(if $(BARE),$(TESTS),$(CAIRN)) ## build the flight library, and
 
 lib: $(FSW_LIB) ## build the flight library alone
 
+sdk: ## for integrators: library, headers, cairn.pc, board files, example; in build/<target>/sdk or PREFIX=folder
+	$(call install,g++ make libeigen3-dev pkg-config $(DEPS_TARGET))
+	@$(MAKE) --no-print-directory -s -j$(JOBS) $(FSW_LIB) $(BARE_BOARD)
+	@[ ! -e $(SDK) ] || [ -f $(SDK)/lib/pkgconfig/cairn.pc ] || { echo 'sdk: $(SDK) is there and is no SDK; choose another PREFIX'; exit 1; }
+	@rm -rf $(SDK).part && mkdir -p $(addprefix $(SDK).part/,lib/pkgconfig include/cairn/hal include/eigen3 platform/bare)
+	@cp $(FSW_LIB) $(SDK).part/lib && sed $(CAIRN_PC) platform/cairn.pc.in >$(SDK).part/lib/pkgconfig/cairn.pc
+	@cd fsw && cp --parents */*.hpp $(SDK).part/include/cairn
+	@cp hal/*.hpp $(SDK).part/include/cairn/hal && cp mission_cfg/*.hpp mission_cfg/$(MISSION)/*.hpp $(SDK).part/include/cairn
+	@cp -R $(EIGEN_HOME)/Eigen $(SDK).part/include/eigen3
+	@$(if $(BARE),cp --parents $(SDK_BOARD) $(SDK).part && cp -R platform/example $(SDK).part/example,rm -r $(SDK).part/platform)
+	@$(if $(BARE_BOARD),cp $(BARE_BOARD) $(SDK).part/platform/$(TARGET)/boot.elf)
+	@rm -rf $(SDK) && mv $(SDK).part $(SDK) && echo 'sdk: $(SDK)'
+
+# As a stranger would: the example, copied away, knows the SDK alone.
+try-sdk: sdk
+	@rm -rf $(B)/my_rover && cp -R $(SDK)/example $(B)/my_rover && printf 'The integration example on an emulated %s\n' '$(TARGET)'
+	@$(MAKE) --no-print-directory -s -C $(B)/my_rover SDK=$(SDK) run
+
 clean: ## remove build/
 	rm -rf build
 
@@ -172,6 +200,7 @@ test: ## build and run all tests, plain and then with the sanitizers; on other t
 	for m in $(filter-out $(MISSION),$(DATA_MISSIONS)); do \
 	  run "data of mission $$m" SAN= MISSION=$$m TEST_SRC=$(DATA_TEST) TOOL_SRC='$(DATA_TOOLS)'; done; \
 	run 'with the address and undefined-behaviour sanitizers' SAN=1;) \
+	$(if $(BARE),$(MAKE) --no-print-directory try-sdk || faults=1;) \
 	exit $$faults
 
 same-bits: ## the sample drive on all targets: the same telemetry to the bit (a part of `make test` of each)
@@ -280,7 +309,7 @@ $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW
 $(B)/tests/ground_tools/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
 $(B)/tests/ground_tools/test_profile_plugin: $(PROFILER)
 # These run the program.
-$(B)/tests/ground_tools/test_cmd_run $(B)/tests/ground_tools/test_report $(B)/tests/ground_tools/test_profile: $(CAIRN)
+$(addprefix $(B)/tests/ground_tools/,test_cmd_run test_cmd_tape test_profile test_report): $(CAIRN)
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
@@ -395,6 +424,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: host-cairn help all lib clean demo paper campaign realism bench profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check
+.PHONY: host-cairn help all lib clean demo paper campaign realism bench profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk
 .SECONDARY:
 .DELETE_ON_ERROR:

@@ -102,7 +102,10 @@ void write_tape(const TapeOptions& options) {
                     drive.size());
   }
   const auto rover = drive.truth_rover(range.first);
-  if (!rover) throw ToolError("{}: has no truth of the rover to start from", drive.name());
+  if (!rover) {
+    throw ToolError("{}: has no truth of the rover to start from; write one into truth_rover.txt there",
+                    drive.name());
+  }
 
   std::vector<std::uint8_t> map;
   if (!options.map.empty()) {

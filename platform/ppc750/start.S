@@ -1,5 +1,5 @@
 /* Bare-metal start for PowerPC 750 on qemu-system-ppc -M 40p (PReP map).
-   boot.ld's stub at the reset vector comes here, to 0x2000. */
+   boot.s at the reset vector comes here, to 0x2000. */
     .section .text.start, "ax"
     .globl  _start
 _start:
@@ -37,7 +37,7 @@ _start:
     bl      runtime_main
 4:  b       4b
 
-    .text
+    .section .text.setjmp, "ax"    /* goes where nothing calls it, and with it the need of a C library */
     .globl  _setjmp
 _setjmp:
     b       setjmp

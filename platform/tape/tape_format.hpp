@@ -29,5 +29,6 @@ enum class Record : std::uint32_t {
 
 inline constexpr std::uint32_t kRigBytes = 48;
 inline constexpr std::uint32_t kPairHeaderBytes = 28;
+inline constexpr std::uint32_t kMaxExtent = 0xFFFF;  ///< width and height of an image
 
 }  // namespace cairn::tape

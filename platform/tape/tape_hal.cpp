@@ -35,14 +35,15 @@ void write_banks() {
   }
 }
 
-bool body_is_sound(Record record, const std::uint8_t* bytes, std::uint32_t count) {
+bool is_sound(Record record, const std::uint8_t* bytes, std::uint32_t count) {
   if (record == Record::kRig) return count == kRigBytes;
-  if (record != Record::kPair) return true;
+  if (record != Record::kPair) return record <= Record::kPair;
   if (count < kPairHeaderBytes) return false;
   std::uint64_t pixels = 0;
   for (int side = 0; side < 2; ++side) {
     const std::uint32_t width = be::get_u32(bytes + 12 + 8 * side);
     const std::uint32_t height = be::get_u32(bytes + 16 + 8 * side);
+    if (width > kMaxExtent || height > kMaxExtent) return false;
     pixels += std::uint64_t{width} * height;
   }
   return pixels == count - kPairHeaderBytes;
@@ -58,8 +59,8 @@ TapeStatus check(const std::uint8_t* bytes, std::size_t size) {
     const std::uint32_t count = be::get_u32(bytes + at + 4);
     at += kRecordHeaderBytes;
     if (count > size - at || padded(count) > size - at) return TapeStatus::kTruncated;
-    if (!body_is_sound(record, bytes + at, count)) return TapeStatus::kTruncated;
     if (first != (record == Record::kRig)) return TapeStatus::kNoRig;
+    if (!is_sound(record, bytes + at, count)) return TapeStatus::kBadRecord;
     if (record == Record::kEnd) return TapeStatus::kReady;
     at += padded(count);
   }
