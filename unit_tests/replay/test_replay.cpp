@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x89EEB5BAU, 0, 0};
-constexpr Golden kWhole = {35, 0x21EAA531U, 0x110DDDC2U, 0x59DCFC14U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xB7B3C4DCU, 0, 0};
+constexpr Golden kWhole = {35, 0x24CFF069U, 0xD2988754U, 0x0CE79DE9U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
