@@ -1,6 +1,7 @@
 // cairn profile: what a run on the emulated processor cost, by job and by function, against the budget.
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -37,6 +38,7 @@ void show(const ProfileOptions& options) {
     write_file(options.output / "profile.html", profile_page(profile, jobs, options.target, clock_mhz));
   }
   fmt::print("{}", profile_text(profile, jobs, clock_mhz, options.most));
+  std::fflush(stdout);  // the tables come before the verdict
   const std::string broken = broken_budgets(jobs, clock_mhz);
   if (!broken.empty()) throw ToolError("{}", broken);
 }

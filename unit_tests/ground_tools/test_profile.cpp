@@ -173,9 +173,11 @@ void test_refuses_bad_budgets(void**) {
 
 void test_command(void**) {
   scratch.file("good.toml", budget("1.0", "1.0"));
-  const std::string given = "profile '" + scratch.path("run.tsv").string() + "' --target board --budget '" +
-                            scratch.path("good.toml").string() + "'";
-  const test::Ended good = test::run_cairn(scratch, given + " -o '" + scratch.path("out").string() + "'");
+  static std::string given;
+  given = "profile '" + scratch.path("run.tsv").string() + "' --target board --budget '" +
+          scratch.path("good.toml").string() + "'";
+  static test::Ended good;
+  good = test::run_cairn(scratch, given + " -o '" + scratch.path("out").string() + "'");
   assert_int_equal(good.code, 0);
   for (const char* name : {"jobs.csv", "rounds.csv", "functions.csv", "profile.html"})
     assert_true(std::filesystem::exists(scratch.path("out") / name));
