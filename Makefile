@@ -88,7 +88,7 @@ OPENCV_INC   := -isystem /usr/include/opencv4
 
 # ---- packages of Debian 12 -----------------------------------------------------------------------------------------
 DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev libembree-dev
-DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev
+DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev qemu-user
 DEPS_CHECK := clang-format clang-tidy cppcheck python3
 ROOT_DO     = $(if $(filter-out 0,$(shell id -u)),sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 # Asks dpkg for each package; installs those that are absent, with fresh lists only where the old ones do not do.
