@@ -167,7 +167,8 @@ size: ## code, constants and static memory of the flight library, by module and 
 	@$(MAKE) --no-print-directory deps-check
 	@$(MAKE) --no-print-directory -j$(JOBS) check-memory
 
-all: $(FSW_LIB) $(if $(BARE),$(TESTS),$(CAIRN)) ## build the flight library, and the ground tool (host) or the tests (other targets)
+all: $(FSW_LIB) $(if $(BARE),$(TESTS),$(CAIRN)) ## build the flight library, and the ground tool (host) or tests and SDK (other targets)
+	@$(if $(BARE),$(MAKE) --no-print-directory sdk,:)
 
 lib: $(FSW_LIB) ## build the flight library alone
 
