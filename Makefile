@@ -167,7 +167,8 @@ size: ## code, constants and static memory of the flight library, by module and 
 	@$(MAKE) --no-print-directory deps-check
 	@$(MAKE) --no-print-directory -j$(JOBS) check-memory
 
-all: $(FSW_LIB) $(if $(BARE),$(TESTS),$(CAIRN)) ## build the flight library, and the ground tool (host) or the tests (other targets)
+all: $(FSW_LIB) $(if $(BARE),$(TESTS),$(CAIRN)) ## build the flight library, and the ground tool (host) or tests and SDK (other targets)
+	@$(if $(BARE),$(MAKE) --no-print-directory sdk,:)
 
 lib: $(FSW_LIB) ## build the flight library alone
 
@@ -188,6 +189,7 @@ sdk: ## for integrators: library, headers, cairn.pc, board files, example; in bu
 try-sdk: sdk
 	@rm -rf $(B)/my_rover && cp -R $(SDK)/example $(B)/my_rover && printf 'The integration example on an emulated %s\n' '$(TARGET)'
 	@$(MAKE) --no-print-directory -s -C $(B)/my_rover SDK=$(SDK) run
+.PHONY: replay FORCE
 
 clean: ## remove build/
 	rm -rf build
@@ -209,6 +211,11 @@ same-bits: ## the sample drive on all targets: the same telemetry to the bit (a 
 	  printf 'The sample drive on %s\n' "$$t"; \
 	  $(MAKE) --no-print-directory TARGET=$$t run-tests TEST_SRC='unit_tests/replay/test_replay.cpp unit_tests/core/test_square_root.cpp' || faults=1; \
 	done; exit $$faults
+
+replay: ## play a tape on the target (TAPE=file, default the sample): sums of the telemetry
+	@$(MAKE) --no-print-directory deps-test
+	@$(MAKE) --no-print-directory -s -j$(JOBS) $(B)/replay.elf
+	@$(call run_image,$(B)/replay.elf)
 
 check: ## proofs of the flight library (symbols, stack, instructions, memory); floors, traceability, names, formatting, static analysis
 	@$(MAKE) --no-print-directory deps-check
@@ -245,12 +252,16 @@ $(B)/platform/%.o: platform/%.S
 	@mkdir -p $(@D)
 	$(call say,AS,$<)
 	$(Q)$(CC) $(CPU) -c $< -o $@
-# Made on the host, for every target.
-TAPE := build/sample.tape
-$(B)/platform/tape/tape_image.o: platform/tape/tape_image.S $(TAPE)
+# Made on the host, for every target; TAPE=file takes another drive.
+SAMPLE_TAPE := build/sample.tape
+TAPE        ?= $(SAMPLE_TAPE)
+$(B)/platform/tape/tape_image.o: platform/tape/tape_image.S $(TAPE) $(B)/tape.name
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(CPU) -DCAIRN_TAPE='"$(TAPE)"' -c $< -o $@
-$(TAPE): $(wildcard $(SAMPLE)/*.txt $(SAMPLE)/*.csv) | $(if $(BARE),host-cairn,$(CAIRN))
+$(B)/tape.name: FORCE
+	@mkdir -p $(@D)
+	@echo '$(TAPE)' | cmp -s - $@ || echo '$(TAPE)' >$@
+$(SAMPLE_TAPE): $(wildcard $(SAMPLE)/*.txt $(SAMPLE)/*.csv) | $(if $(BARE),host-cairn,$(CAIRN))
 	@build/host/cairn map build --from-csv $(SAMPLE)/truth_rocks.csv -o build/sample.cmap
 	@build/host/cairn tape --dataset $(SAMPLE) --map build/sample.cmap --frames 0:$(TAPE_FRAMES) -o $@
 TAPE_FRAMES := 35

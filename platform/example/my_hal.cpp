@@ -100,7 +100,9 @@ void report(const cairn::app::FrameReport& frame) {
 namespace cairn {
 
 void assert_failed(const char* file, int line) {
-  my::print(file, line, ": flight assertion failed\n");
+  board_put("flight assertion failed: ");
+  board_put(file);
+  my::print(" line ", line, "\n");
   board_exit(3);  // a rover: the safe state
 }
 

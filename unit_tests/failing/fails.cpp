@@ -1,5 +1,5 @@
-// Fails on purpose: a target on which it passes would pass every test. Not among the tests; `make test` wants it to end
-// with a failure, after CMocka has gone on to the next test and said so.
+// Fails on purpose: a target on which it passes would pass every test. Not among the tests; `make test` wants
+// it to end with a failure, after CMocka has gone on to the next test and said so.
 #include "support/cmocka.hpp"
 
 namespace {
