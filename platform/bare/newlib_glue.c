@@ -71,7 +71,7 @@ void* sbrk(ptrdiff_t) PLAIN(sbrk);
 extern int* __errno(void);
 int* __errno_location(void) { return __errno(); }
 
-/* _setjmp, the C library's other name of setjmp, is in start.S. */
+/* _setjmp, the C library's other name of setjmp: newlib has it for SPARC; for PowerPC it is in start.S. */
 
 /* Nothing is destroyed: the image ends with the board. */
 void* __dso_handle;

@@ -129,14 +129,6 @@ _start:
 5:  ba      5b
     nop
 
-    .section .text.setjmp, "ax"     /* goes where nothing calls it, and with it the need of a C library */
-    .globl  _setjmp
-_setjmp:                            /* a tail call: setjmp returns to our caller */
-    mov     %o7, %g1
-    call    setjmp
-    mov     %g1, %o7
-
-    .text
     .globl  board_halt_ok, board_halt_fail
 board_halt_ok:                        /* ta 0 with ET=0: QEMU LEON3 "power down" -> exit status 0 */
     set     0x10c0, %g1
