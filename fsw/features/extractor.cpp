@@ -143,16 +143,17 @@ void FeatureExtractor::find_extrema(int y, int x, int end, Cell& cell) {
 }
 
 int FeatureExtractor::least_of(const Cell& cell) {
-  return cell.count < kPerCell ? kContrast : strength(cell.best[kPerCell - 1]) + 1;
+  return cell.count < kPerCell ? kContrast : strength(cell.at(kPerCell - 1)) + 1;
 }
 
 void FeatureExtractor::keep(const Feature& feature, Cell& cell) {
   int place = cell.count;
-  while (place > 0 && strength(cell.best[place - 1]) < strength(feature)) --place;
+  while (place > 0 && strength(cell.at(place - 1)) < strength(feature)) --place;
   if (place == kPerCell) return;
-  if (cell.count < kPerCell) ++cell.count;
-  for (int i = cell.count - 1; i > place; --i) cell.best[i] = cell.best[i - 1];
-  cell.best[place] = feature;
+  const int slot = cell.count < kPerCell ? cell.count++ : cell.rank[kPerCell - 1];
+  for (int i = cell.count - 1; i > place; --i) cell.rank[i] = cell.rank[i - 1];
+  cell.rank[place] = static_cast<std::uint8_t>(slot);
+  cell.feature[slot] = feature;
 }
 
 void FeatureExtractor::select() {
@@ -179,7 +180,7 @@ void FeatureExtractor::select() {
       ++seen;
     }
     cell.count = take;
-    for (int i = 0; i < take; ++i) ++per_row[cell.best[i].iv];
+    for (int i = 0; i < take; ++i) ++per_row[cell.at(i).iv];
   }
   set_.height = image_.height;
   set_.row_begin[0] = 0;
@@ -191,7 +192,7 @@ void FeatureExtractor::select() {
   for (int y = 0; y < image_.height; ++y) next[y] = set_.row_begin[y];
   for (const Cell& cell : cells_) {
     for (int i = 0; i < cell.count; ++i) {
-      const Feature& f = cell.best[i];
+      const Feature& f = cell.at(i);
       std::size_t place = next[f.iv]++;
       while (place > set_.row_begin[f.iv] && set_.features[place - 1].iu > f.iu) {
         set_.features[place] = set_.features[place - 1];

@@ -52,7 +52,10 @@ class FeatureExtractor {
   static constexpr int kCellsY = (cfg::kImageHeight + kCell - 1) / kCell;
   struct Cell {
     int count = 0;
-    Feature best[kPerCell];  ///< strongest first
+    std::uint8_t rank[kPerCell] = {};  ///< places of the features, strongest first: they stay where they are
+    Feature feature[kPerCell];
+
+    const Feature& at(int i) const { return feature[rank[i]]; }
   };
 
   void do_row(int y);

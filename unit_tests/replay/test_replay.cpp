@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0xB7B3C4DCU, 0, 0};
-constexpr Golden kWhole = {35, 0x24CFF069U, 0xD2988754U, 0x0CE79DE9U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x3CC414F5U, 0, 0};
+constexpr Golden kWhole = {35, 0x4214C9C1U, 0xF6A3AA4AU, 0xE10FC57DU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
