@@ -15,7 +15,8 @@ NEWLIB_LIB := $(NEWLIB)/$(NEWLIB_TARGET)/lib
 CMOCKA     := build/cmocka-$(TARGET)/cmocka.o
 LINKER      = $(CC) $(CPU) -nostdlib -static -no-pie -Wl,-T,platform/$(TARGET)/link.ld \
               -Wl,--gc-sections,--build-id=none,--no-warn-rwx-segments,-z,noexecstack,-Map=$@.map
-RUNTIME     = $(NEWLIB_LIB)/libc.a $(NEWLIB_LIB)/libm.a -lgcc
+# The platform once more before libgcc: what it has instead of libgcc's own comes first.
+RUNTIME     = $(NEWLIB_LIB)/libc.a $(NEWLIB_LIB)/libm.a $(PLATFORM_LIB) -lgcc
 # What a test needs beside the libraries of the project.
 BARE_NEEDS  = $(PLATFORM_LIB) $(CMOCKA) $(NEWLIB)/.done $(BARE_BOARD)
 BARE_HEADERS := build/cmocka-src/.done
