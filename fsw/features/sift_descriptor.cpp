@@ -24,8 +24,8 @@ struct Vote {
 };
 
 [[gnu::always_inline]] inline Vote vote_of(std::int32_t gx, std::int32_t gy) {
-  const std::int32_t left = gx >> 31;  // all ones where negative
-  const std::int32_t up = gy >> 31;
+  const std::int32_t left = -static_cast<std::int32_t>(gx < 0);  // all ones where negative
+  const std::int32_t up = -static_cast<std::int32_t>(gy < 0);
   const auto ax = static_cast<std::uint32_t>((gx ^ left) - left);
   const auto ay = static_cast<std::uint32_t>((gy ^ up) - up);
   Vote v;
