@@ -63,7 +63,9 @@ struct CutSums {
   std::uint32_t gv_bits = 0;
 };
 
-std::uint32_t bits_of(std::int32_t v) { return static_cast<std::uint32_t>(v ^ -static_cast<std::int32_t>(v < 0)); }
+std::uint32_t bits_of(std::int32_t v) {
+  return static_cast<std::uint32_t>(v ^ -static_cast<std::int32_t>(v < 0));
+}
 
 void cut_samples(const SmoothImage& image, int iu, int iv, Cut& cut, CutSums& sums) {
   const std::int32_t origin = image.row(iv)[iu];
