@@ -93,10 +93,13 @@ MapExtent extent_of(const std::vector<TableBoulder>& boulders) {
 }
 
 std::string to_csv(const std::vector<TableBoulder>& boulders) {
-  std::string text = "x_m,y_m,diameter_m,area_m2,contrast,elongation\n";
+  std::string text = "x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m\n";
   for (const TableBoulder& b : boulders) {
-    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.6f},{:.3f},{:.2f}\n", b.p_map_m.x(), b.p_map_m.y(),
-                        b.diameter_m, b.area_m2, b.contrast, b.elongation);
+    text +=
+        fmt::format("{:.4f},{:.4f},{:.4f},{:.6f},{:.3f},{:.2f},{:.3f},{:.3f},", b.p_map_m.x(), b.p_map_m.y(),
+                    b.diameter_m, b.area_m2, b.contrast, b.elongation, b.height_m, b.confidence);
+    if (std::isfinite(b.ground_z_m)) text += fmt::format("{:.3f}", b.ground_z_m);
+    text += '\n';
   }
   return text;
 }
@@ -111,9 +114,16 @@ std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min
   const std::size_t x = columns.need({"x_m", "x"});
   const std::size_t y = columns.need({"y_m", "y"});
   const std::size_t diameter = columns.need({"diameter_m", "diameter"});
-  const std::optional<std::size_t> area = columns.find({"area_m2"});
-  const std::optional<std::size_t> contrast = columns.find({"contrast"});
-  const std::optional<std::size_t> elongation = columns.find({"elongation"});
+  struct Optional {
+    std::optional<std::size_t> column;
+    double TableBoulder::*member;
+  };
+  const Optional others[] = {{columns.find({"area_m2"}), &TableBoulder::area_m2},
+                             {columns.find({"contrast"}), &TableBoulder::contrast},
+                             {columns.find({"elongation"}), &TableBoulder::elongation},
+                             {columns.find({"height_m"}), &TableBoulder::height_m},
+                             {columns.find({"confidence"}), &TableBoulder::confidence},
+                             {columns.find({"ground_z_m"}), &TableBoulder::ground_z_m}};
 
   std::vector<TableBoulder> boulders;
   for (std::size_t number = 2; std::getline(text, line); ++number) {
@@ -125,9 +135,11 @@ std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min
     if (!(b.diameter_m > 0.0)) {
       throw ToolError("{}:{}: the diameter is not positive; mend or remove the line", path.string(), number);
     }
-    b.area_m2 = area ? columns.number(fields, *area, number) : 0.25 * kPi * b.diameter_m * b.diameter_m;
-    if (contrast) b.contrast = columns.number(fields, *contrast, number);
-    if (elongation) b.elongation = columns.number(fields, *elongation, number);
+    b.area_m2 = 0.25 * kPi * b.diameter_m * b.diameter_m;
+    for (const Optional& other : others) {
+      if (!other.column || (*other.column < fields.size() && fields[*other.column].empty())) continue;
+      b.*other.member = columns.number(fields, *other.column, number);
+    }
     if (b.diameter_m >= min_diameter_m) boulders.push_back(b);
   }
   return boulders;
