@@ -82,12 +82,13 @@ CAIRN_PC      = -e 's|@TARGET@|$(TARGET)|; s|@MISSION@|$(MISSION)|; s|@CXX@|$(CX
                 -e 's|@BOARD@|$(if $(BARE),$${prefix}/platform/$(TARGET))|; s|@FLAGS@|$(filter $(SDK_FLAGS),$(FLIGHT))|' \
                 -e 's|@RUN@|$(if $(BARE),$(patsubst $(or $(BARE_BOARD),-),$${board}/boot.elf,$(call run_image,IMAGE)))|'
 
-TOOL_LIBS    := -lgdal -lembree3
+TOOL_LIBS    := -lgdal -lembree3 -lmpi
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
 OPENCV_INC   := -isystem /usr/include/opencv4
 
 # ---- packages of Debian 12 -----------------------------------------------------------------------------------------
-DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev libembree-dev
+DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev libembree-dev \
+              libopenmpi-dev openmpi-bin
 DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev qemu-user
 DEPS_CHECK := clang-format clang-tidy cppcheck python3
 ROOT_DO     = $(if $(filter-out 0,$(shell id -u)),sudo) env DEBIAN_FRONTEND=noninteractive apt-get
@@ -271,6 +272,8 @@ $(B)/ground_tools/%.o: ground_tools/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
+# Loops over pixels, for vectors: -O2 of GCC 12 makes none of them.
+$(B)/ground_tools/map/row_kernels.o $(B)/ground_tools/map/raster_source.o $(B)/ground_tools/map/grey_range.o: GROUND += $(if $(SAN),,-O3)
 $(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
