@@ -10,6 +10,7 @@
 #include "map/boulder_table.hpp"
 #include "map/cmap_file.hpp"
 #include "map/map_build.hpp"
+#include "map/tile_team.hpp"
 #include "output_file.hpp"
 #include "progress_line.hpp"
 #include "stop_signal.hpp"
@@ -125,6 +126,7 @@ void build(const BuildOptions& options) {
                      settings_of(options), ranks);
     return;
   }
+  const TileLead lead(ranks);
   if (options.ortho.empty() == options.from_csv.empty()) {
     throw ToolError("map build: give either an orthoimage or --from-csv TABLE");
   }

@@ -54,7 +54,7 @@ class MapBuild {
   std::vector<TableBoulder> run();
   /// The boulders are where they should be: the partial state goes.
   void finished();
-  /// Ranks 1 and on: works for rank 0 until it ends.
+  /// Ranks 1 and on: works for rank 0 until its TileLead (tile_team.hpp) ends.
   static void follow(const std::function<std::unique_ptr<RasterSource>()>& open, const DetectorParams& params,
                      const BuildSettings& settings, const MpiRanks& ranks);
 

@@ -128,7 +128,7 @@ Bytes failure_message(const std::string& why) {
 TileTeam::TileTeam(const TileJob& job, int threads, const MpiRanks& ranks)
     : job_(job), threads_(threads), ranks_(ranks) {}
 
-TileTeam::~TileTeam() {
+TileLead::~TileLead() {
   try {
     for (int rank = 1; rank < ranks_.size(); ++rank) ranks_.send(rank, message_of(Word::kEnd));
     Bytes message;

@@ -21,15 +21,23 @@ struct TileJob {
 /// Takes each tile's record, on the thread that called, in no order that may be relied on.
 using TakeRecord = std::function<void(std::uint32_t tile, Bytes&& record)>;
 
-/// Rank 0's side.
+/// Rank 0 leads while this lives; at its end, whatever the reason, the other ranks hear that there is no more.
+class TileLead {
+ public:
+  explicit TileLead(const MpiRanks& ranks) : ranks_(ranks) {}
+  ~TileLead();
+  TileLead(const TileLead&) = delete;
+  TileLead& operator=(const TileLead&) = delete;
+
+ private:
+  const MpiRanks& ranks_;
+};
+
+/// Rank 0's side of the rounds; a TileLead must live as long.
 class TileTeam {
  public:
-  /// `threads` of this process. Once per build.
+  /// `threads` of this process.
   TileTeam(const TileJob& job, int threads, const MpiRanks& ranks);
-  /// Tells the other ranks that there is no more, and waits until they have heard it.
-  ~TileTeam();
-  TileTeam(const TileTeam&) = delete;
-  TileTeam& operator=(const TileTeam&) = delete;
 
   /// One round over the tiles in `todo`. Once `stop` says so, no tile is begun any more, and those in hand
   /// are taken. True: all done; false: stopped. Throws what a worker threw, of whatever rank.
