@@ -232,8 +232,8 @@ Features features_of(const ShadowFit& f) {
 }
 
 /// Logistic regression on fits in rendered fields: 5, 10, 20 mm and 25 cm pixels under four suns.
-constexpr Features kWeights = {-1.348, 4.092,  -1.202, -2.081, -0.581, 0.084, -0.306, 3.983,
-                               0.589,  -2.693, -1.647, -1.006, -6.716, 1.161, -0.626, 1.210};
+constexpr Features kWeights = {-3.782, 2.585,  0.267,  -2.297, -1.201, 0.394, -0.942, 2.311,
+                               0.044,  -2.272, -1.422, -0.506, -6.225, 1.842, 1.163,  0.175};
 
 double confidence_of(const Features& features) {
   double z = 0.0;

@@ -12,6 +12,7 @@ constexpr double kBodyWeight = 0.7;
 constexpr double kRoundness = 0.25;   ///< of the prior that along = across
 constexpr double kTallness = 0.06;    ///< of the prior on height
 constexpr double kUsualHeight = 0.9;  ///< over the half width
+constexpr int kCore = 3;
 constexpr double kMostSlope = 4.8;
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
@@ -93,7 +94,17 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
     }
     sum_[k++] = total;
   }
-  return true;
+  // the shadow's level: the darkest three in a row, across the sun, near the spot
+  depth_ = 0.0;
+  const int pitch = 2 * half_columns_ + 1;
+  for (int b = -kCore; b <= kCore; ++b) {
+    for (int a = -kCore; a <= kCore; ++a) {
+      const std::int32_t* s =
+          &samples_[static_cast<std::size_t>((b + half_rows_) * pitch + a + half_columns_)];
+      depth_ = std::max(depth_, (s[-pitch] + s[0] + s[pitch]) / 3.0);
+    }
+  }
+  return depth_ > kOne;
 }
 
 /// Darkness summed over a row from a = `from` to `to`; sample a covers a - 1/2 to a + 1/2.
@@ -130,14 +141,13 @@ ShadowFitter::Sums ShadowFitter::sums(const Trial& t) const {
 double ShadowFitter::value(const Trial& t) const {
   const Sums s = sums(t);
   if (s.dark_n <= 0.5 || s.lit_n <= 0.5 || s.dark <= 0.0) return 0.0;
-  const double dark = s.dark / s.dark_n;
-  double lit = s.lit / s.lit_n;
-  if (lit > 0.8 * dark) return 0.0;  // one dark patch
+  const double lit = s.lit / s.lit_n;
+  if (lit > 0.8 * depth_) return 0.0;  // one dark patch
   const double round = std::log(t.along / t.across);
   const double tall = std::log(t.slope * tan_elevation_ * t.along / (kUsualHeight * t.across));
   const double area = t.across * t.across;
-  return s.dark * dark + kBodyWeight * s.lit * lit -
-         dark * dark * area * (kRoundness * round * round + kTallness * tall * tall);
+  return depth_ * (2.0 * s.dark - depth_ * s.dark_n) + kBodyWeight * s.lit * lit -
+         depth_ * depth_ * area * (kRoundness * round * round + kTallness * tall * tall);
 }
 
 void ShadowFitter::search(double least_across_px, Trial& best, double& most) const {

@@ -81,7 +81,7 @@ class ShadowFitter {
   double tan_elevation_;
   double most_slope_;
   int half_rows_, half_columns_;
-  double ground_ = 0.0, noise_ = 0.0;
+  double ground_ = 0.0, noise_ = 0.0, depth_ = 0.0;
   std::vector<std::int32_t> samples_;  ///< ground minus grey, 1/16
   std::vector<std::int32_t> sum_;      ///< along rows, exclusive
 };
