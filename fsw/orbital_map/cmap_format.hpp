@@ -2,7 +2,8 @@
 /// encoder. doc/ICD.md tells the same in prose, with a worked example. All numbers are big-endian, floating
 /// point is IEEE 754, bit streams begin at a byte's most significant bit.
 ///
-///   head       fixed fields, reference system, attribute models, tile directory, CRC-32 of all that
+///   head       fixed fields, reference system, attribute models, CRC-32 of all that: less than 500 bytes
+///   directory  for each tile the offset of its payload from the first payload's first byte
 ///   payloads   one after another, in the order of the directory, to the end of the file
 ///
 /// The mapped ground is extent_x by extent_y cells of one quantum; a boulder stands at origin + cell *
@@ -10,8 +11,8 @@
 /// northward; those at the north and the east edge are cut off there. Columns = ceil(extent_x / tile_side),
 /// rows alike.
 ///
-/// Directory: for each tile the offset of its payload from the first payload's first byte, offset_bytes wide.
-/// A payload ends where the next begins, the last one at the file's end; a tile without boulders has none.
+/// Columns and rows follow, so does the directory's length. A payload ends where the next begins, the last
+/// one at the file's end; a tile without boulders has none.
 ///
 /// Payload: count, mode, where the map has attributes the bytes of their stream, the attribute stream, the
 /// position bits, zero bits up to a byte, CRC-32 of the tile's number as u32 and of all before in the
@@ -32,7 +33,8 @@ inline constexpr std::size_t kVersionAt = 4;      // u8
 inline constexpr std::size_t kFlagsAt = 5;        // u8, attributes that boulders carry: kHasSize, ...
 inline constexpr std::size_t kOffsetBytesAt = 6;  // u8, 2 to 4: width of a directory entry
 inline constexpr std::size_t kMethodAt = 7;       // u8, Method
-inline constexpr std::size_t kHeadBytesAt = 8;    // u32, head with directory and CRC = offset of the payloads
+inline constexpr std::size_t kHeadBytesAt = 8;    // u16, head with its CRC = offset of the directory
+inline constexpr std::size_t kRevisionAt = 10;    // u16, of the site's map
 inline constexpr std::size_t kFileBytesAt = 12;   // u32
 inline constexpr std::size_t kCountAt = 16;       // u32, boulders
 inline constexpr std::size_t kOriginXAt = 20;     // f64, m, frame `map`: cell (0, 0), south-west
@@ -45,14 +47,15 @@ inline constexpr std::size_t kSiteAt = 52;        // u32, number of the landing 
 inline constexpr std::size_t kEpochAt = 56;  // u32, seconds since J2000 (2000-01-01T12:00:00 TT) at which the
                                              // image was taken, 0 where unknown
 inline constexpr std::size_t kParameterHashAt = 60;  // u32, CRC-32 of the preparation's parameter text
-inline constexpr std::size_t kPixelAt = 64;     // f32, m: pixel of the orthoimage, 0 where there was none
-inline constexpr std::size_t kTilesCrcAt = 68;  // u32, CRC-32 of the payloads' CRCs, one after another
-inline constexpr std::size_t kRevisionAt = 72;  // u16, of the site's map
-inline constexpr std::size_t kReferenceLengthAt = 74;  // u8, characters of the reference system
-inline constexpr std::size_t kReferenceAt = 75;        // printable ASCII; after it the models, the directory
+inline constexpr std::size_t kPixelAt = 64;         // f32, m: pixel of the orthoimage, 0 where there was none
+inline constexpr std::size_t kTilesCrcAt = 68;      // u32, CRC-32 of the payloads' CRCs, one after another
+inline constexpr std::size_t kDirectoryCrcAt = 72;  // u32, CRC-32 of the directory
+inline constexpr std::size_t kReferenceLengthAt = 76;  // u8, characters of the reference system
+inline constexpr std::size_t kReferenceAt = 77;        // printable ASCII; after it the models, the head's CRC
 inline constexpr std::size_t kMaxReferenceBytes = 255;
-inline constexpr std::size_t kCrcBytes = 4;  // head CRC: the head's last bytes; it covers all before
-inline constexpr std::size_t kMinHeadBytes = kReferenceAt + 2 + kCrcBytes;
+inline constexpr std::size_t kCrcBytes =
+    4;  // head CRC: the head's last bytes; with the two CRCs in the head it answers for the whole file
+inline constexpr std::size_t kMinHeadBytes = kReferenceAt + kCrcBytes;
 
 // Attributes, in this order in the models and for each boulder in the stream.
 inline constexpr unsigned kAttributes = 3;
@@ -61,14 +64,9 @@ inline constexpr std::uint8_t kHasHeight = 2;      // else 0 m: unknown
 inline constexpr std::uint8_t kHasConfidence = 4;  // else 1
 
 // Model of an attribute: u8 classes; for size and height u16 smallest (mm) and u8 step; 5 bits a class of
-// weight, padded with zero bits to a byte.
-//   size        class c: smallest * ratio^c, ratio = 1 + step / 128
-//   height      class 0: unknown; class c: smallest * ratio^(c - 1)
-//   confidence  class c: c / (classes - 1)
+// weight, padded with zero bits to a byte. See orbital_map/attribute_model.hpp.
 inline constexpr unsigned kMaxClasses[kAttributes] = {32, 16, 8};
-inline constexpr double kStepUnit = 1.0 / 128.0;
 inline constexpr unsigned kWeightBits = 5;
-// Frequencies out of 2^12 follow from the weights: see frequencies() in orbital_map/attribute_model.hpp.
 inline constexpr unsigned kFrequencyBits = 12;
 inline constexpr std::uint32_t kFrequencyTotal = 1U << kFrequencyBits;
 // The rANS state goes on reading bytes below this.
