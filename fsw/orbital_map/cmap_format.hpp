@@ -2,7 +2,7 @@
 /// encoder. doc/ICD.md tells the same in prose, with a worked example. All numbers are big-endian, floating
 /// point is IEEE 754, bit streams begin at a byte's most significant bit.
 ///
-///   head       fixed fields, reference system, attribute models, CRC-32 of all that: less than 500 bytes
+///   head       fixed fields, reference system, attribute models, CRC-32 of all that: at most 380 bytes
 ///   directory  for each tile the offset of its payload from the first payload's first byte
 ///   payloads   one after another, in the order of the directory, to the end of the file
 ///
@@ -66,6 +66,8 @@ inline constexpr std::uint8_t kHasConfidence = 4;  // else 1
 // Model of an attribute: u8 classes; for size and height u16 smallest (mm) and u8 step; 5 bits a class of
 // weight, padded with zero bits to a byte. See orbital_map/attribute_model.hpp.
 inline constexpr unsigned kMaxClasses[kAttributes] = {32, 16, 8};
+inline constexpr std::size_t kMaxModelBytes = (1 + 3 + 20) + (1 + 3 + 10) + (1 + 5);
+inline constexpr std::size_t kMaxHeadBytes = kReferenceAt + kMaxReferenceBytes + kMaxModelBytes + kCrcBytes;
 inline constexpr unsigned kWeightBits = 5;
 inline constexpr unsigned kFrequencyBits = 12;
 inline constexpr std::uint32_t kFrequencyTotal = 1U << kFrequencyBits;
