@@ -14,7 +14,7 @@
 /// Columns and rows follow, so does the directory's length. A payload ends where the next begins, the last
 /// one at the file's end; a tile without boulders has none.
 ///
-/// Payload: count, mode, where the map has attributes the bytes of their stream, the attribute stream, the
+/// Payload: count, depth, where the map has attributes the bytes of their stream, the attribute stream, the
 /// position bits, zero bits up to a byte, CRC-32 of the tile's number as u32 and of all before in the
 /// payload.
 #pragma once
@@ -75,12 +75,11 @@ inline constexpr std::uint32_t kFrequencyTotal = 1U << kFrequencyBits;
 inline constexpr std::uint32_t kStateLow = 1U << 23U;
 
 // Payload of a tile.
-inline constexpr std::size_t kTileCountAt = 0;  // u16, 1 to kMaxTileBoulders
-inline constexpr std::size_t kTileModeAt =
-    2;  // u8: 0, 3 bits blocks_log2, 4 bits Rice parameter of their counts
+inline constexpr std::size_t kTileCountAt = 0;       // u16, 1 to kMaxTileBoulders
+inline constexpr std::size_t kTileDepthAt = 2;       // u8, 0 to kMaxDepth: to which blocks are halved
 inline constexpr std::size_t kTileHeadBytes = 3;     // where the map has no attributes
 inline constexpr std::size_t kAttributeBytesAt = 3;  // u16, bytes of the attribute stream, where it has some
-inline constexpr std::uint32_t kMaxBlocksLog2 = 5;
+inline constexpr unsigned kMaxDepth = 20;
 inline constexpr std::uint32_t kMaxBlockSide = 65535;  // cells: those of a block are counted in 32 bits
 
 enum class Method : std::uint8_t {
@@ -95,7 +94,7 @@ inline constexpr double kMaxCoordinate = 1e8;      // m
 inline constexpr std::uint32_t kMinQuantum = 100;  // micrometres
 inline constexpr std::uint32_t kMaxQuantum = 10000000;
 inline constexpr std::uint32_t kMaxExtent = 0x7FFFFFFF;  // cells
-inline constexpr std::uint32_t kMaxTileSide = kMaxBlockSide << kMaxBlocksLog2;
+inline constexpr std::uint32_t kMaxTileSide = 1U << 21U;
 inline constexpr std::uint32_t kMaxTiles = 65536;
 inline constexpr std::uint32_t kMaxTileBoulders = 4096;
 inline constexpr std::uint32_t kMaxTileBytes = 65535;

@@ -115,8 +115,7 @@ bool OrbitalMap::tile(std::uint32_t index, MapTile& out) const {
   const std::uint32_t row = index / columns_;
   out.first_x = (index - row * columns_) * tile_side_;
   out.first_y = row * tile_side_;
-  out.shape = {tile_side_, smaller(tile_side_, extent_x_ - out.first_x),
-               smaller(tile_side_, extent_y_ - out.first_y)};
+  out.shape = {smaller(tile_side_, extent_x_ - out.first_x), smaller(tile_side_, extent_y_ - out.first_y)};
   return true;
 }
 
@@ -174,6 +173,7 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
   if (!decoder.start(models_, place.shape, place.payload, place.bytes - cmap::kCrcBytes))
     return Taken::kCorrupt;
   const std::size_t before = out.size();
+  bool full = false;  // the tile is read to its end all the same: it may turn out corrupt
   cmap::TileBoulder coded;
   cmap::TileStep step = decoder.next(models_, coded);
   for (; step == cmap::TileStep::kBoulder; step = decoder.next(models_, coded)) {
@@ -184,9 +184,9 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
     boulder.diameter_m = models_.diameter_m(coded.attribute[0]);
     boulder.height_mm = models_.height_mm(coded.attribute[1]);
     boulder.confidence_percent = models_.confidence_percent(coded.attribute[2]);
-    if (!out.push_back(boulder)) return Taken::kFull;
+    full = !out.push_back(boulder) || full;
   }
-  if (step == cmap::TileStep::kEnd) return Taken::kAll;
+  if (step == cmap::TileStep::kEnd) return full ? Taken::kFull : Taken::kAll;
   out.resize(before);
   return Taken::kCorrupt;
 }

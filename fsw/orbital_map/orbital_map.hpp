@@ -93,7 +93,7 @@ class OrbitalMap {
   ///
   /// Cost: the tiles that the circle's box touches, (2 radius / tile side + 2)^2 at most, times what a tile
   /// holds: some 500 boulders as the encoder sizes them, 4096 and 65535 bytes at most. At most 200
-  /// instructions a boulder on a PowerPC 750. Stops when `out` is full.
+  /// instructions a boulder on a PowerPC 750. Stops after the tile that fills `out`.
   WindowStatus window(const Vec2& p_map_m, double radius_m, MapBoulders& out) const;
 
  private:

@@ -8,8 +8,6 @@ namespace {
 
 constexpr std::uint64_t kLn2 = 0xB17217F7U;  // 2^32 ln 2, cut
 
-std::uint32_t smaller(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
-
 }  // namespace
 
 std::uint32_t tile_crc_start(std::uint32_t tile) {
@@ -20,19 +18,21 @@ std::uint32_t tile_crc_start(std::uint32_t tile) {
 
 bool TileDecoder::start(const AttributeModels& models, const TileShape& shape, const std::uint8_t* payload,
                         std::size_t size) {
-  *this = TileDecoder();
+  corrupt_ = true;
   const std::size_t head = kTileHeadBytes + (models.any() ? 2U : 0U);
   if (size < head) return false;
   count_ = left_ = be::get_u16(payload + kTileCountAt);
-  const unsigned mode = payload[kTileModeAt];
-  const unsigned blocks_log2 = mode >> 4U;
-  rice_ = mode & 15U;
-  if (count_ == 0 || count_ > kMaxTileBoulders || blocks_log2 > kMaxBlocksLog2) return false;
+  depth_ = payload[kTileDepthAt];
+  if (count_ == 0 || count_ > kMaxTileBoulders || depth_ > kMaxDepth) return false;
   const std::size_t coded = models.any() ? be::get_u16(payload + kAttributeBytesAt) : 0U;
   if (coded > size - head) return false;
-  shape_ = shape;
-  block_side_ = (shape.side + (1U << blocks_log2) - 1U) >> blocks_log2;
-  if (block_side_ > kMaxBlockSide) return false;
+  waiting_[0] = {0, 0, shape.width, shape.height, static_cast<std::uint16_t>(count_), 0};
+  waiting_count_ = 1;
+  block_left_ = 0;
+  buffer_ = 0;
+  held_ = beyond_ = 0;
+  parameter_log2_ = 0;
+  state_ = 0;
   last_state_ = models.any() ? 1U : 0U;
   attributes_ = payload + head;
   attributes_end_ = next_ = attributes_ + coded;
@@ -62,39 +62,51 @@ TileStep TileDecoder::next(const AttributeModels& models, TileBoulder& out) {
   return TileStep::kBoulder;
 }
 
-/// Goes on to the next block that holds a boulder. False: there is none, or it holds more than it can.
+bool TileDecoder::is_leaf(const Block& block) const {
+  if (block.width > kMaxBlockSide || block.height > kMaxBlockSide) return false;
+  return block.boulders == 1 || block.depth >= depth_ || (block.width == 1 && block.height == 1);
+}
+
+/// Goes on to the next block with its boulders, split after split. False: it holds more than it can.
 bool TileDecoder::next_block() {
-  for (;;) {
-    if (!begun_) {
-      begun_ = true;
+  if (waiting_count_ == 0) return false;
+  Block block = waiting_[--waiting_count_];
+  while (!is_leaf(block)) {
+    const std::uint32_t first = first_half(block.boulders);
+    ++block.depth;
+    Block second = block;
+    if (block.width >= block.height) {
+      block.width /= 2U;
+      second.x += block.width;
+      second.width -= block.width;
     } else {
-      block_x_ += block_side_;
-      if (block_x_ >= shape_.width) {
-        block_x_ = 0;
-        block_y_ += block_side_;
-        if (block_y_ >= shape_.height) return false;
-      }
+      block.height /= 2U;
+      second.y += block.height;
+      second.height -= block.height;
     }
-    const bool last = shape_.width - block_x_ <= block_side_ && shape_.height - block_y_ <= block_side_;
-    block_left_ = left_;
-    if (!last && !rice_count(block_left_)) return false;
-    if (block_left_ > 0) break;
+    second.boulders = static_cast<std::uint16_t>(block.boulders - first);
+    block.boulders = static_cast<std::uint16_t>(first);
+    if (first == 0) {
+      block = second;
+    } else if (second.boulders > 0) {
+      if (waiting_count_ > kMostSplits) return false;
+      waiting_[waiting_count_++] = second;
+    }
   }
-  block_width_ = smaller(block_side_, shape_.width - block_x_);
-  cells_left_ = block_width_ * smaller(block_side_, shape_.height - block_y_);
+  block_x_ = block.x;
+  block_y_ = block.y;
+  block_width_ = block.width;
+  block_left_ = block.boulders;
+  cells_left_ = block.width * block.height;
   cell_ = 0;
   return block_left_ <= cells_left_;
 }
 
-/// Number of boulders in a block: at most those of the tile that are left.
-bool TileDecoder::rice_count(std::uint32_t& value) {
-  std::uint32_t quotient = 0;
-  while (bit()) {
-    ++quotient;
-    if (quotient << rice_ > left_) return false;
-  }
-  value = (quotient << rice_) + bits(rice_);
-  return value <= left_;
+/// How many of a block's boulders its first half holds: the middle comes first, then one more, one less ...
+std::uint32_t TileDecoder::first_half(std::uint32_t boulders) {
+  const std::uint32_t rank = truncated(boulders + 1U);
+  const std::uint32_t middle = boulders / 2U;
+  return (rank & 1U) != 0U ? middle + (rank + 1U) / 2U : middle - rank / 2U;
 }
 
 /// Free cells before the next boulder; so few that those after it have room.

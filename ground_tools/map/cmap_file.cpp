@@ -135,7 +135,7 @@ Payloads encode_tiles(const CmapLayout& layout, const std::vector<Quantised>& co
   Payloads payloads;
   payloads.reserve(tiles.size());
   for (std::uint32_t t = 0; t < tiles.size(); ++t) {
-    const cmap::TileShape shape{side, std::min(side, layout.extent_x - t % columns * side),
+    const cmap::TileShape shape{std::min(side, layout.extent_x - t % columns * side),
                                 std::min(side, layout.extent_y - t / columns * side)};
     if (tiles[t].size() > cmap::kMaxTileBoulders) {
       throw ToolError("a tile would hold {} boulders, more than {}; build without the base map",

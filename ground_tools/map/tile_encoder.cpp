@@ -75,51 +75,73 @@ void put_gap(Sink& sink, std::uint32_t gap, std::uint32_t cells_left, std::uint3
   put_truncated(sink, gap % parameter, parameter);
 }
 
-/// A tile split into blocks, and its boulders in their order.
-struct Blocks {
-  std::uint32_t side = 1;
-  std::uint32_t columns = 1;
-  std::uint32_t rows = 1;
-  TileShape shape;
-  std::vector<TileBoulder> boulders;
-  std::vector<std::uint32_t> held;  ///< by block
+struct Block {
+  std::uint32_t x = 0;
+  std::uint32_t y = 0;
+  std::uint32_t width = 1;
+  std::uint32_t height = 1;
+  unsigned depth = 0;
+  std::vector<TileBoulder>::iterator first;
+  std::vector<TileBoulder>::iterator end;
 
-  Blocks(const TileShape& tile, unsigned log2, std::vector<TileBoulder> all)
-      : side((tile.side + (1U << log2) - 1U) >> log2),
-        columns((tile.width - 1U) / side + 1U),
-        rows((tile.height - 1U) / side + 1U),
-        shape(tile),
-        boulders(std::move(all)),
-        held(static_cast<std::size_t>(columns) * rows) {
-    const auto key = [&](const TileBoulder& b) { return std::tuple(block(b), b.y, b.x); };
-    std::sort(boulders.begin(), boulders.end(),
-              [&](const TileBoulder& a, const TileBoulder& b) { return key(a) < key(b); });
-    for (const TileBoulder& b : boulders) ++held[block(b)];
-  }
-  std::uint32_t block(const TileBoulder& b) const { return b.y / side * columns + b.x / side; }
-
-  template <typename Sink>
-  void put(Sink& sink, unsigned rice) const {
-    std::size_t next = 0;
-    for (std::uint32_t i = 0; i < held.size() && next < boulders.size(); ++i) {
-      if (i + 1U < held.size()) {
-        sink.unary(held[i] >> rice);
-        sink.bits(held[i] & ((1U << rice) - 1U), rice);
-      }
-      const std::uint32_t x0 = i % columns * side;
-      const std::uint32_t y0 = i / columns * side;
-      const std::uint32_t width = std::min(side, shape.width - x0);
-      std::uint32_t cells = width * std::min(side, shape.height - y0);
-      std::uint32_t cell = 0;
-      for (std::uint32_t left = held[i]; left > 0; --left, ++next) {
-        const std::uint32_t here = (boulders[next].y - y0) * width + boulders[next].x - x0;
-        put_gap(sink, here - cell, cells, left);
-        cells -= here + 1U - cell;
-        cell = here + 1U;
-      }
-    }
-  }
+  std::uint32_t held() const { return static_cast<std::uint32_t>(end - first); }
 };
+
+/// The boulders of a block that is not split, which become sorted.
+template <typename Sink>
+void put_leaf(Sink& sink, const Block& block) {
+  std::sort(block.first, block.end, [](const TileBoulder& a, const TileBoulder& b) {
+    return std::tie(a.y, a.x) < std::tie(b.y, b.x);
+  });
+  std::uint32_t cells = block.width * block.height;
+  std::uint32_t cell = 0;
+  std::uint32_t left = block.held();
+  for (auto b = block.first; b != block.end; ++b, --left) {
+    const std::uint32_t here = (b->y - block.y) * block.width + b->x - block.x;
+    put_gap(sink, here - cell, cells, left);
+    cells -= here + 1U - cell;
+    cell = here + 1U;
+  }
+}
+
+/// A block with its halves. The boulders come into the order in which they are coded.
+template <typename Sink>
+void put_block(Sink& sink, const Block& block, unsigned depth) {
+  const std::uint32_t held = block.held();
+  if (held == 0) return;
+  const bool small = block.width <= cmap::kMaxBlockSide && block.height <= cmap::kMaxBlockSide;
+  if (small && (held == 1 || block.depth >= depth || (block.width == 1 && block.height == 1))) {
+    put_leaf(sink, block);
+    return;
+  }
+  Block first = block;
+  Block second = block;
+  ++first.depth;
+  ++second.depth;
+  if (block.width >= block.height) {
+    first.width /= 2U;
+    second.x += first.width;
+    second.width -= first.width;
+    first.end = std::partition(block.first, block.end, [&](const TileBoulder& b) { return b.x < second.x; });
+  } else {
+    first.height /= 2U;
+    second.y += first.height;
+    second.height -= first.height;
+    first.end = std::partition(block.first, block.end, [&](const TileBoulder& b) { return b.y < second.y; });
+  }
+  second.first = first.end;
+  const std::uint32_t middle = held / 2U;
+  const std::uint32_t there = first.held();
+  put_truncated(sink, there > middle ? 2U * (there - middle) - 1U : 2U * (middle - there), held + 1U);
+  put_block(sink, first, depth);
+  put_block(sink, second, depth);
+}
+
+/// Position bits of the tile; its boulders come into their order.
+template <typename Sink>
+void put_tile(Sink& sink, const TileShape& shape, unsigned depth, std::vector<TileBoulder>& boulders) {
+  put_block(sink, {0, 0, shape.width, shape.height, 0, boulders.begin(), boulders.end()}, depth);
+}
 
 /// The attributes of all boulders as one rANS stream (coded from the last symbol to the first).
 std::vector<std::uint8_t> attribute_stream(const AttributeTables& tables,
@@ -258,38 +280,29 @@ AttributeTable table_for(unsigned attribute, const std::vector<double>& values) 
 }
 
 std::vector<std::uint8_t> encode_tile(std::uint32_t index, const TileShape& shape,
-                                      const AttributeTables& tables,
-                                      const std::vector<TileBoulder>& boulders) {
+                                      const AttributeTables& tables, std::vector<TileBoulder> boulders) {
   if (boulders.empty()) return {};
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
-  unsigned best_log2 = 0;
-  unsigned best_rice = 0;
-  for (unsigned log2 = 0; log2 <= cmap::kMaxBlocksLog2; ++log2) {
-    const Blocks blocks(shape, log2, boulders);
-    if (blocks.side > cmap::kMaxBlockSide) continue;
-    for (unsigned rice = 0; rice < 12U; ++rice) {
-      BitCounter counter;
-      blocks.put(counter, rice);
-      if (counter.used() < least) {
-        least = counter.used();
-        best_log2 = log2;
-        best_rice = rice;
-      }
-      if (blocks.held.size() == 1U) break;
+  unsigned best = 0;
+  for (unsigned depth = 0; depth <= cmap::kMaxDepth; ++depth) {
+    BitCounter counter;
+    put_tile(counter, shape, depth, boulders);
+    if (counter.used() < least) {
+      least = counter.used();
+      best = depth;
     }
   }
-  const Blocks blocks(shape, best_log2, boulders);
+  BitWriter positions;
+  put_tile(positions, shape, best, boulders);
   std::vector<std::uint8_t> bytes(cmap::kTileHeadBytes);
   be::put_u16(bytes.data() + cmap::kTileCountAt, static_cast<std::uint16_t>(boulders.size()));
-  bytes[cmap::kTileModeAt] = static_cast<std::uint8_t>(best_log2 << 4U | best_rice);
+  bytes[cmap::kTileDepthAt] = static_cast<std::uint8_t>(best);
   if (std::any_of(tables.begin(), tables.end(), [](const AttributeTable& t) { return t.present(); })) {
-    const std::vector<std::uint8_t> stream = attribute_stream(tables, blocks.boulders);
+    const std::vector<std::uint8_t> stream = attribute_stream(tables, boulders);
     bytes.push_back(static_cast<std::uint8_t>(stream.size() >> 8U));
     bytes.push_back(static_cast<std::uint8_t>(stream.size()));
     bytes.insert(bytes.end(), stream.begin(), stream.end());
   }
-  BitWriter positions;
-  blocks.put(positions, best_rice);
   bytes.insert(bytes.end(), positions.bytes().begin(), positions.bytes().end());
   const std::uint32_t crc = crc32(bytes.data(), bytes.size(), cmap::tile_crc_start(index));
   bytes.resize(bytes.size() + cmap::kCrcBytes);

@@ -36,7 +36,6 @@ AttributeTable table_for(unsigned attribute, const std::vector<double>& values);
 
 /// Payload of tile `index` with its CRC; empty for no boulders. Boulders in any order, cells distinct.
 std::vector<std::uint8_t> encode_tile(std::uint32_t index, const cmap::TileShape& shape,
-                                      const AttributeTables& tables,
-                                      const std::vector<cmap::TileBoulder>& boulders);
+                                      const AttributeTables& tables, std::vector<cmap::TileBoulder> boulders);
 
 }  // namespace cairn::ground
