@@ -28,6 +28,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
+  } catch (const CLI::RuntimeError& answer) {  // a command worked, and its answer is not yes
+    return answer.get_exit_code();
   } catch (const CLI::ParseError& error) {
     fmt::print(stderr, "cairn: {} (see cairn --help)\n", error.what());
     return 1;

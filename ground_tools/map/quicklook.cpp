@@ -45,7 +45,7 @@ struct Picture {
 /// A whole number of times larger where it is small, else as much smaller as it must be.
 double magnification(int longest_px, int max_side_px) {
   if (longest_px > max_side_px) return static_cast<double>(max_side_px) / longest_px;
-  return std::clamp(max_side_px / (2 * std::max(longest_px, 1)), 1, 4);
+  return std::clamp(max_side_px / std::max(longest_px, 1), 1, 4);
 }
 
 Picture plain_picture(const MapExtent& extent, int max_side_px) {
