@@ -155,6 +155,13 @@ bench: ## time and operations of a frame on this machine (DATASET=folder, defaul
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
 	@$(CAIRN) bench --dataset $(DATASET)
 
+# ROSCO's rocks of a HiRISE picture (Apache 2.0), where they are at hand.
+ROSCO ?=
+bench-codec: ## bits of a .cmap beside their limits, zstd and xz (ROSCO=file of its rocks)
+	$(call install,$(DEPS_BUILD) zstd xz-utils)
+	@$(MAKE) --no-print-directory -s -j$(JOBS) $(B)/codec_table
+	@$(B)/codec_table $(ROSCO)
+
 bench-map: ## speed and memory of `cairn map build` on images of up to 60000 x 60000, OpenCV beside it (1.2 GB of disk)
 	@$(MAKE) --no-print-directory deps-test
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN) $(B)/bench_map
@@ -330,7 +337,9 @@ $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW
 $(B)/tests/ground_tools/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
 $(B)/tests/ground_tools/test_profile_plugin: $(PROFILER)
 # These run the program.
-$(addprefix $(B)/tests/ground_tools/,test_cmd_run test_cmd_tape test_profile test_report): $(CAIRN)
+$(addprefix $(B)/tests/ground_tools/,test_cmd_map test_cmd_run test_cmd_tape test_profile test_report): $(CAIRN)
+$(B)/codec_table: $(B)/ground_tools/checks/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
@@ -445,6 +454,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: host-cairn help all lib clean demo paper campaign realism bench bench-map profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk
+.PHONY: host-cairn help all lib clean demo paper campaign realism bench bench-codec bench-map profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk
 .SECONDARY:
 .DELETE_ON_ERROR:

@@ -29,6 +29,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
+  } catch (const CLI::RuntimeError& answer) {  // a command worked, and its answer is not yes
+    return answer.get_exit_code();
   } catch (const CLI::ParseError& error) {
     if (cairn::ground::MpiRanks::is_follower()) return 1;  // rank 0 says it for all
     fmt::print(stderr, "cairn: {} (see cairn --help)\n", error.what());

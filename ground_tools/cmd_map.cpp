@@ -1,4 +1,4 @@
-// cairn map info | score; the others have files of their own
+// cairn map score; the others have files of their own
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "cmd_map.hpp"
 #include "commands.hpp"
 #include "map/boulder_table.hpp"
 #include "map/cmap_file.hpp"
@@ -17,35 +18,6 @@ namespace cairn::ground {
 namespace {
 
 namespace fs = std::filesystem;
-
-void print_info(const fs::path& path) {
-  const std::vector<std::uint8_t> bytes = read_file(path);
-  const CmapContent map = decode_cmap(bytes, path.string());
-  double smallest_m = 0.0;
-  double largest_m = 0.0;
-  for (const TableBoulder& b : map.boulders) {
-    smallest_m = smallest_m == 0.0 ? b.diameter_m : std::min(smallest_m, b.diameter_m);
-    largest_m = std::max(largest_m, b.diameter_m);
-  }
-  const double area_m2 =
-      (map.extent.max_x_m - map.extent.min_x_m) * (map.extent.max_y_m - map.extent.min_y_m);
-  const auto count = static_cast<double>(map.boulders.size());
-  fmt::print("file              {} ({} bytes, version {}, CRCs hold)\n", path.string(), bytes.size(),
-             cmap::kVersion);
-  fmt::print("boulders          {} ({:.3f} per m2), diameter {:.3f} to {:.3f} m\n", map.boulders.size(),
-             area_m2 > 0.0 ? count / area_m2 : 0.0, smallest_m, largest_m);
-  fmt::print("east              {:.3f} to {:.3f} m\n", map.extent.min_x_m, map.extent.max_x_m);
-  fmt::print("north             {:.3f} to {:.3f} m\n", map.extent.min_y_m, map.extent.max_y_m);
-  fmt::print("reference system  {}\n", map.reference_system);
-  fmt::print("position step     {} m\n", map.quantum_m);
-  fmt::print("tiles             {} x {} of {:.3f} m\n", map.columns, map.rows, map.tile_m);
-  if (map.method == cmap::Method::kOtsu) {
-    fmt::print("made by           otsu on pixels of {:.4g} m, parameters {:08x}\n", map.pixel_m,
-               map.parameter_hash);
-  } else {
-    fmt::print("made from         a table, parameters {:08x}\n", map.parameter_hash);
-  }
-}
 
 struct ScoreOptions {
   fs::path map;
@@ -85,11 +57,9 @@ void add_map_commands(CLI::App& app) {
   CLI::App* map = app.add_subcommand("map", "prepare and inspect orbital boulder maps");
   map->require_subcommand(1);
   add_map_build(*map);
-
-  const auto info_path = std::make_shared<fs::path>();
-  CLI::App* info = map->add_subcommand("info", "validate a map and print what it holds");
-  info->add_option("FILE", *info_path, "map (.cmap)")->required();
-  info->callback([info_path] { print_info(*info_path); });
+  add_map_info(*map);
+  add_map_unpack(*map);
+  add_map_diff(*map);
 
   const auto score = std::make_shared<ScoreOptions>();
   CLI::App* score_app = map->add_subcommand("score", "compare a map, or a table, with the true rocks");

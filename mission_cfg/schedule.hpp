@@ -30,7 +30,7 @@ struct ScheduleRow {
 
 inline constexpr int kMinorFrames = 30;  ///< a fix every 30 frames (METHOD, pipeline step 3)
 
-/// About twice what the sample drive takes in its longest frame (`make bench` prints it); work on images
+/// At least twice what the sample drive takes in its longest frame (`make bench` prints it); work on images
 /// grows with them.
 inline constexpr std::uint32_t kOpsPerPixel = 400;
 inline constexpr std::uint32_t kImageOps = kOpsPerPixel * static_cast<std::uint32_t>(kImagePixels);

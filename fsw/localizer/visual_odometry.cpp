@@ -262,8 +262,6 @@ void VisualOdometry::begin_match(bool wide) {
   const Pose3 T_cur_ref = (T_ref_prev_ * predicted_step_).inverse();
   const int radius = wide ? params_.first_search_radius_px : params_.search_radius_px;
   const FeatureSet& ref = reference().left.result();
-  // A wide window holds nine times as many candidates, and a consensus needs few matches: all points are
-  // aligned by it later.
   const std::size_t stride = wide && !params_.paper_exact ? 2 : 1;
   windows_.clear();
   for (std::size_t i = 0; i < ref.features.size(); ++i) {

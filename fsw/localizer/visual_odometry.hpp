@@ -47,6 +47,8 @@ struct VoParams {
   int max_disparity_px = cfg::kMission.max_disparity_px;
   int epipolar_band_px = 2;
   int search_radius_px = cfg::kMission.search_radius_px;
+  /// Without a prediction; every other point is asked then (all of them in paper_exact): the window holds
+  /// nine times the candidates, a consensus needs few, and all points are aligned by it later.
   int first_search_radius_px = cfg::kMission.first_search_radius_px;
   int max_reference_age = cfg::kMission.max_reference_age;
   /// Of the left features; with fewer stereo points the frame is kFewStereo. Left and right swapped gives up

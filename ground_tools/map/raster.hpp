@@ -36,7 +36,7 @@ struct Raster {
   std::vector<std::uint8_t> grey;
   std::vector<std::uint8_t> valid;  ///< 0 = no data; empty where every pixel is valid
   GeoTransform geo;
-  std::string reference_system;  ///< "EPSG:32633" and the like, else a PROJ string, else "local"; ASCII
+  std::string reference_system;  ///< a text as in map/reference_system.hpp
 
   ImageU8 grey_view() const { return packed_view(grey.data(), width, height); }
   ImageU8 valid_view() const { return valid.empty() ? ImageU8{} : packed_view(valid.data(), width, height); }

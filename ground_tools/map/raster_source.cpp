@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "map/reference_system.hpp"
 #include "quiet_gdal.hpp"
 #include "tool_error.hpp"
 
@@ -47,15 +48,7 @@ std::string reference_system_of(GDALDataset& data, const std::string& name) {
     throw ToolError("{}: its unit is '{}' ({} m); reproject to a system in metres with gdalwarp -t_srs", name,
                     unit != nullptr ? unit : "unknown", metres);
   }
-  const char* authority = system->GetAuthorityName(nullptr);
-  const char* code = system->GetAuthorityCode(nullptr);
-  if (authority != nullptr && code != nullptr) return fmt::format("{}:{}", authority, code);
-  char* proj = nullptr;
-  std::string text;
-  if (system->exportToProj4(&proj) == OGRERR_NONE && proj != nullptr) text = proj;
-  CPLFree(proj);
-  if (text.empty() && system->GetName() != nullptr) text = system->GetName();
-  return text.empty() ? "local" : text;
+  return reference_text(system);
 }
 
 std::vector<int> bands_to_read(GDALDataset& data, int band, const std::string& name) {

@@ -53,6 +53,11 @@ class GeoTiff {
   GeoTiff(const GeoTiff&) = delete;
   GeoTiff& operator=(const GeoTiff&) = delete;
 
+  /// Where the sun stood, for who prepares a map from the image: degrees, azimuth clockwise from north.
+  void tell_sun(const Sun& sun) {
+    gdal_.check(file_->SetMetadataItem("SUN_ELEVATION", fmt::format("{}", sun.elevation_deg).c_str()));
+    gdal_.check(file_->SetMetadataItem("SUN_AZIMUTH", fmt::format("{}", sun.azimuth_deg).c_str()));
+  }
   void write_row(int row, const void* samples) {
     gdal_.check(file_->GetRasterBand(1)->RasterIO(GF_Write, 0, row, width_, 1, const_cast<void*>(samples),
                                                   width_, 1, type_, 0, 0, nullptr));
@@ -104,6 +109,7 @@ class Product {
       total += static_cast<double>(kernel_[static_cast<std::size_t>(i + kReach)]);
     }
     for (float& k : kernel_) k /= static_cast<float>(total);
+    file_.tell_sun(world.scene().ortho_sun);
   }
 
   static int count(double side_m, double pixel_m) {
