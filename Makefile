@@ -82,12 +82,13 @@ CAIRN_PC      = -e 's|@TARGET@|$(TARGET)|; s|@MISSION@|$(MISSION)|; s|@CXX@|$(CX
                 -e 's|@BOARD@|$(if $(BARE),$${prefix}/platform/$(TARGET))|; s|@FLAGS@|$(filter $(SDK_FLAGS),$(FLIGHT))|' \
                 -e 's|@RUN@|$(if $(BARE),$(patsubst $(or $(BARE_BOARD),-),$${board}/boot.elf,$(call run_image,IMAGE)))|'
 
-TOOL_LIBS    := -lgdal -lembree3
+TOOL_LIBS    := -lgdal -lembree3 -lmpi
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
 OPENCV_INC   := -isystem /usr/include/opencv4
 
 # ---- packages of Debian 12 -----------------------------------------------------------------------------------------
-DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev libembree-dev
+DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev libembree-dev \
+              libopenmpi-dev openmpi-bin
 DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev qemu-user
 DEPS_CHECK := clang-format clang-tidy cppcheck python3
 ROOT_DO     = $(if $(filter-out 0,$(shell id -u)),sudo) env DEBIAN_FRONTEND=noninteractive apt-get
@@ -153,6 +154,18 @@ bench: ## time and operations of a frame on this machine (DATASET=folder, defaul
 	@$(MAKE) --no-print-directory deps-build
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN)
 	@$(CAIRN) bench --dataset $(DATASET)
+
+# ROSCO's rocks of a HiRISE picture (Apache 2.0), where they are at hand.
+ROSCO ?=
+bench-codec: ## bits of a .cmap beside their limits, zstd and xz (ROSCO=file of its rocks)
+	$(call install,$(DEPS_BUILD) zstd xz-utils)
+	@$(MAKE) --no-print-directory -s -j$(JOBS) $(B)/codec_table
+	@$(B)/codec_table $(ROSCO)
+
+bench-map: ## speed and memory of `cairn map build` on images of up to 60000 x 60000, OpenCV beside it (1.2 GB of disk)
+	@$(MAKE) --no-print-directory deps-test
+	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN) $(B)/bench_map
+	@$(B)/bench_map $(CAIRN) build/bench-map
 
 profile: ## model cycles of each job on the emulated processor against its budget (TARGET=ppc750|leon3; FRAME=n in detail)
 	@$(if $(BARE),:,echo 'make profile: give TARGET=$(subst $() ,|,$(filter-out host,$(TARGETS)))'; exit 1)
@@ -271,6 +284,8 @@ $(B)/ground_tools/%.o: ground_tools/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
+# Loops over pixels, for vectors: -O2 of GCC 12 makes none of them.
+$(B)/ground_tools/map/row_kernels.o $(B)/ground_tools/map/raster_source.o $(B)/ground_tools/map/grey_range.o: GROUND += $(if $(SAN),,-O3)
 $(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
@@ -314,13 +329,17 @@ $(B)/tests/opencv/%: $(B)/unit_tests/opencv/%.o $(LIBS_ALL)
 $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
+$(B)/bench_map: $(B)/unit_tests/opencv/bench_map.o $(FSW_LIB) $(PLATFORM_LIB)
+	$(link) -lopencv_imgproc -lopencv_core -lgdal -lfmt -o $@
 $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
 # The model is tested without QEMU, and the plugin with it.
 $(B)/tests/ground_tools/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
 $(B)/tests/ground_tools/test_profile_plugin: $(PROFILER)
 # These run the program.
-$(addprefix $(B)/tests/ground_tools/,test_cmd_run test_cmd_tape test_profile test_report): $(CAIRN)
+$(addprefix $(B)/tests/ground_tools/,test_cmd_map test_cmd_run test_cmd_tape test_profile test_report): $(CAIRN)
+$(B)/codec_table: $(B)/ground_tools/checks/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
@@ -435,6 +454,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: host-cairn help all lib clean demo paper campaign realism bench profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk
+.PHONY: host-cairn help all lib clean demo paper campaign realism bench bench-codec bench-map profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk
 .SECONDARY:
 .DELETE_ON_ERROR:

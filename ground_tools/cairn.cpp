@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "commands.hpp"
+#include "map/mpi_ranks.hpp"
 #include "tool_error.hpp"
 
 int main(int argc, char** argv) {
@@ -28,7 +29,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return app.exit(asked);
+  } catch (const CLI::RuntimeError& answer) {  // a command worked, and its answer is not yes
+    return answer.get_exit_code();
   } catch (const CLI::ParseError& error) {
+    if (cairn::ground::MpiRanks::is_follower()) return 1;  // rank 0 says it for all
     fmt::print(stderr, "cairn: {} (see cairn --help)\n", error.what());
     return 1;
   } catch (const std::bad_alloc&) {

@@ -15,4 +15,7 @@ void add_tape_command(CLI::App& app);      ///< cairn tape   (cmd_tape.cpp)
 void add_bench_command(CLI::App& app);     ///< cairn bench   (cmd_bench.cpp)
 void add_profile_command(CLI::App& app);   ///< cairn profile   (cmd_profile.cpp)
 
+// The larger sub-commands of `cairn map`.
+void add_map_build(CLI::App& map);  ///< cairn map build   (cmd_map_build.cpp)
+
 }  // namespace cairn::ground

@@ -1,5 +1,6 @@
 #include "output_file.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -47,6 +48,43 @@ void OutputFile::commit() {
   std::error_code failed;
   std::filesystem::rename(part_, path_, failed);
   if (failed) throw ToolError("{}: cannot rename the finished file ({})", path_.string(), failed.message());
+}
+
+OutputByName::OutputByName(const std::filesystem::path& path)
+    : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())) {
+  std::error_code failed;
+  if (std::filesystem::is_directory(path_)) failed = std::make_error_code(std::errc::is_a_directory);
+  if (!failed) std::filesystem::create_directory(part_, failed);
+  if (failed) {
+    throw ToolError("{}: cannot write here ({}); choose a folder that exists and is writable", path_.string(),
+                    failed.message());
+  }
+}
+
+OutputByName::~OutputByName() {
+  std::error_code ignored;
+  std::filesystem::remove_all(part_, ignored);
+}
+
+void OutputByName::commit(const std::vector<std::string>& suffixes) {
+  std::vector<std::string> names;
+  for (const std::string& suffix : suffixes) names.push_back(path_.filename().string() + suffix);
+  names.push_back(path_.filename().string());
+  for (const std::string& name : names) {
+    const int file = ::open((part_ / name).c_str(), O_RDONLY);
+    const bool on_disk = file >= 0 && ::fsync(file) == 0;
+    const int error = errno;
+    if (file >= 0) ::close(file);
+    if (!on_disk) {
+      throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(),
+                      std::strerror(error));
+    }
+  }
+  for (const std::string& name : names) {
+    std::error_code failed;
+    std::filesystem::rename(part_ / name, path_.parent_path() / name, failed);
+    if (failed) throw ToolError("{}: cannot rename the finished file ({})", path_.string(), failed.message());
+  }
 }
 
 void write_file(const std::filesystem::path& path, std::string_view text) {

@@ -32,6 +32,28 @@ class OutputFile {
   std::FILE* file_ = nullptr;
 };
 
+/// The same for a file that a library writes by its name, and for what it puts beside it: they are made in a
+/// folder `<path>.part<pid>` and moved out when complete.
+class OutputByName {
+ public:
+  /// Throws ToolError where the folder is missing or not writable.
+  explicit OutputByName(const std::filesystem::path& path);
+  /// Removes what is unfinished.
+  ~OutputByName();
+  OutputByName(const OutputByName&) = delete;
+  OutputByName& operator=(const OutputByName&) = delete;
+
+  /// What the library is to write: the final name in that folder.
+  std::filesystem::path file() const { return part_ / path_.filename(); }
+  /// Moves the file, after those named as it with one of `suffixes` behind; others are dropped. Throws
+  /// ToolError where one is missing or did not reach the disk.
+  void commit(const std::vector<std::string>& suffixes = {});
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path part_;
+};
+
 /// The whole of a file in one call.
 void write_file(const std::filesystem::path& path, std::string_view text);
 

@@ -12,7 +12,9 @@ namespace cairn {
 /// A boulder of the orbital map, frame `map`.
 struct MapBoulder {
   Vec2 p_map_m = Vec2(0.0, 0.0);
-  float diameter_m = 0.0F;
+  float diameter_m = 0.0F;              ///< 0 = unknown
+  std::uint16_t height_mm = 0;          ///< top above the ground around it; 0 = unknown
+  std::uint8_t confidence_percent = 0;  ///< that a boulder stands there
 };
 /// The orbital boulders near the rover.
 using MapBoulders = FixedVector<MapBoulder, cfg::kMaxMapWindowBoulders>;

@@ -1,11 +1,22 @@
-/// The bits of a flight map (`.cmap`), version 1: one place for the reader here and for the ground tool's
-/// encoder. doc/ICD.md tells the same in prose. All numbers are big-endian; floating point is IEEE 754.
+/// The bits of a flight map (`.cmap`), version 2: one place for the reader here and for the ground tool's
+/// encoder. doc/ICD.md tells the same in prose, with a worked example. All numbers are big-endian, floating
+/// point is IEEE 754, bit streams begin at a byte's most significant bit.
 ///
-///   header                 kHeaderBytes
-///   tile directory         (columns * rows + 1) x u32: number of boulders in all tiles before this one
-///   boulders               count x kBoulderBytes, tile by tile
+///   head       fixed fields, reference system, attribute models, CRC-32 of all that: at most 380 bytes
+///   directory  for each tile the offset of its payload from the first payload's first byte
+///   payloads   one after another, in the order of the directory, to the end of the file
 ///
-/// Tiles are squares of `tile_side` quanta, row-major from the south-west corner: eastward, then northward.
+/// The mapped ground is extent_x by extent_y cells of one quantum; a boulder stands at origin + cell *
+/// quantum. Tiles are squares of tile_side cells, row-major from the south-west corner: eastward, then
+/// northward; those at the north and the east edge are cut off there. Columns = ceil(extent_x / tile_side),
+/// rows alike.
+///
+/// Columns and rows follow, so does the directory's length. A payload ends where the next begins, the last
+/// one at the file's end; a tile without boulders has none.
+///
+/// Payload: count, depth, where the map has attributes the bytes of their stream, the attribute stream, the
+/// position bits, zero bits up to a byte, CRC-32 of the tile's number as u32 and of all before in the
+/// payload.
 #pragma once
 
 #include <cstddef>
@@ -14,50 +25,78 @@
 namespace cairn::cmap {
 
 inline constexpr std::uint32_t kMagic = 0x434D4150U;  // "CMAP"
-inline constexpr std::uint16_t kVersion = 1;
+inline constexpr std::uint8_t kVersion = 2;
 
-// Header fields: offset in bytes from the file's first.
+// Head: offset in bytes from the file's first.
 inline constexpr std::size_t kMagicAt = 0;        // u32
-inline constexpr std::size_t kVersionAt = 4;      // u16
-inline constexpr std::size_t kHeaderBytesAt = 6;  // u16
-inline constexpr std::size_t kFileBytesAt = 8;    // u32
-inline constexpr std::size_t kCountAt = 12;       // u32, boulders
-inline constexpr std::size_t kOriginXAt = 16;     // f64, m, frame `map`: south-west corner of the first tile
-inline constexpr std::size_t kOriginYAt = 24;     // f64, m
-inline constexpr std::size_t kExtentXAt =
-    32;  // f64, m: the mapped ground reaches from the origin this far east
-inline constexpr std::size_t kExtentYAt = 40;   // f64, m: and north
-inline constexpr std::size_t kQuantumAt = 48;   // f64, m
-inline constexpr std::size_t kColumnsAt = 56;   // u16, tiles
-inline constexpr std::size_t kRowsAt = 58;      // u16, tiles
-inline constexpr std::size_t kTileSideAt = 60;  // u16, quanta
-inline constexpr std::size_t kMethodAt = 62;    // u16, Method
-inline constexpr std::size_t kPixelAt = 64;     // f32, m: pixel of the orthoimage, 0 where there was none
-inline constexpr std::size_t kParameterHashAt = 68;  // u32, CRC-32 of the preparation's parameter text
-inline constexpr std::size_t kReferenceAt = 72;  // kReferenceBytes of ASCII, zero-filled, the last byte zero
-inline constexpr std::size_t kReferenceBytes = 96;
-inline constexpr std::size_t kPayloadCrcAt = 168;  // u32, CRC-32 of all bytes after the header
-inline constexpr std::size_t kHeaderCrcAt = 172;   // u32, CRC-32 of the header's bytes before this field
-inline constexpr std::size_t kHeaderBytes = 176;
+inline constexpr std::size_t kVersionAt = 4;      // u8
+inline constexpr std::size_t kFlagsAt = 5;        // u8, attributes that boulders carry: kHasSize, ...
+inline constexpr std::size_t kOffsetBytesAt = 6;  // u8, 2 to 4: width of a directory entry
+inline constexpr std::size_t kMethodAt = 7;       // u8, Method
+inline constexpr std::size_t kHeadBytesAt = 8;    // u16, head with its CRC = offset of the directory
+inline constexpr std::size_t kRevisionAt = 10;    // u16, of the site's map
+inline constexpr std::size_t kFileBytesAt = 12;   // u32
+inline constexpr std::size_t kCountAt = 16;       // u32, boulders
+inline constexpr std::size_t kOriginXAt = 20;     // f64, m, frame `map`: cell (0, 0), south-west
+inline constexpr std::size_t kOriginYAt = 28;     // f64, m
+inline constexpr std::size_t kExtentXAt = 36;     // u32, cells, at least 1
+inline constexpr std::size_t kExtentYAt = 40;     // u32
+inline constexpr std::size_t kQuantumAt = 44;     // u32, micrometres
+inline constexpr std::size_t kTileSideAt = 48;    // u32, cells
+inline constexpr std::size_t kSiteAt = 52;        // u32, number of the landing site
+inline constexpr std::size_t kEpochAt = 56;  // u32, seconds since J2000 (2000-01-01T12:00:00 TT) at which the
+                                             // image was taken, 0 where unknown
+inline constexpr std::size_t kParameterHashAt = 60;  // u32, CRC-32 of the preparation's parameter text
+inline constexpr std::size_t kPixelAt = 64;         // f32, m: pixel of the orthoimage, 0 where there was none
+inline constexpr std::size_t kTilesCrcAt = 68;      // u32, CRC-32 of the payloads' CRCs, one after another
+inline constexpr std::size_t kDirectoryCrcAt = 72;  // u32, CRC-32 of the directory
+inline constexpr std::size_t kReferenceLengthAt = 76;  // u8, characters of the reference system
+inline constexpr std::size_t kReferenceAt = 77;        // printable ASCII; after it the models, the head's CRC
+inline constexpr std::size_t kMaxReferenceBytes = 255;
+inline constexpr std::size_t kCrcBytes =
+    4;  // head CRC: the head's last bytes; with the two CRCs in the head it answers for the whole file
+inline constexpr std::size_t kMinHeadBytes = kReferenceAt + kCrcBytes;
 
-inline constexpr std::size_t kDirectoryEntryBytes = 4;
+// Attributes, in this order in the models and for each boulder in the stream.
+inline constexpr unsigned kAttributes = 3;
+inline constexpr std::uint8_t kHasSize = 1;        // else 0 m: unknown
+inline constexpr std::uint8_t kHasHeight = 2;      // else 0 m: unknown
+inline constexpr std::uint8_t kHasConfidence = 4;  // else 1
 
-// One boulder: position in its tile, in quanta from the tile's south-west corner, less than tile_side;
-// diameter.
-inline constexpr std::size_t kBoulderXAt = 0;         // u16, quanta east
-inline constexpr std::size_t kBoulderYAt = 2;         // u16, quanta north
-inline constexpr std::size_t kBoulderDiameterAt = 4;  // u16, mm, at least 1
-inline constexpr std::size_t kBoulderBytes = 6;
-inline constexpr double kDiameterUnit = 0.001;  // m
+// Model of an attribute: u8 classes; for size and height u16 smallest (mm) and u8 step; 5 bits a class of
+// weight, padded with zero bits to a byte. See orbital_map/attribute_model.hpp.
+inline constexpr unsigned kMaxClasses[kAttributes] = {32, 16, 8};
+inline constexpr std::size_t kMaxModelBytes = (1 + 3 + 20) + (1 + 3 + 10) + (1 + 5);
+inline constexpr std::size_t kMaxHeadBytes = kReferenceAt + kMaxReferenceBytes + kMaxModelBytes + kCrcBytes;
+inline constexpr unsigned kWeightBits = 5;
+inline constexpr unsigned kFrequencyBits = 12;
+inline constexpr std::uint32_t kFrequencyTotal = 1U << kFrequencyBits;
+// The rANS state goes on reading bytes below this.
+inline constexpr std::uint32_t kStateLow = 1U << 23U;
 
-enum class Method : std::uint16_t {
-  kTable = 0,  ///< made from a table of boulders
-  kOtsu = 1,   ///< detected by the paper's detector (METHOD B.1)
+// Payload of a tile.
+inline constexpr std::size_t kTileCountAt = 0;       // u16, 1 to kMaxTileBoulders
+inline constexpr std::size_t kTileDepthAt = 2;       // u8, 0 to kMaxDepth: to which blocks are halved
+inline constexpr std::size_t kTileHeadBytes = 3;     // where the map has no attributes
+inline constexpr std::size_t kAttributeBytesAt = 3;  // u16, bytes of the attribute stream, where it has some
+inline constexpr unsigned kMaxDepth = 20;
+inline constexpr std::uint32_t kMaxBlockSide = 65535;  // cells: those of a block are counted in 32 bits
+
+enum class Method : std::uint8_t {
+  kTable = 0,   ///< made from a table of boulders
+  kOtsu = 1,    ///< detected by the paper's detector (METHOD B.1)
+  kShadow = 2,  ///< detected by cap and shadow along the sun's direction
 };
 
-// Ranges that the reader insists on, so that every position is a plain double of better than 0.1 mm.
-inline constexpr double kMaxCoordinate = 1e8;  // m
-inline constexpr double kMinQuantum = 1e-4;    // m
-inline constexpr double kMaxQuantum = 10.0;    // m
+// Ranges that the reader insists on. A place is a plain double of better than 0.1 mm, and the work that a
+// tile can ask for is bounded.
+inline constexpr double kMaxCoordinate = 1e8;      // m
+inline constexpr std::uint32_t kMinQuantum = 100;  // micrometres
+inline constexpr std::uint32_t kMaxQuantum = 10000000;
+inline constexpr std::uint32_t kMaxExtent = 0x7FFFFFFF;  // cells
+inline constexpr std::uint32_t kMaxTileSide = 1U << 21U;
+inline constexpr std::uint32_t kMaxTiles = 65536;
+inline constexpr std::uint32_t kMaxTileBoulders = 4096;
+inline constexpr std::uint32_t kMaxTileBytes = 65535;
 
 }  // namespace cairn::cmap

@@ -13,82 +13,117 @@ namespace {
 constexpr std::uint32_t kCrcUnitBytes = 256;
 constexpr std::uint32_t kDirectoryUnit = 64;
 constexpr std::uint32_t kBoulderUnit = 32;
+constexpr std::uint32_t kTileUnitCost = 10;
+constexpr double kMicrometre = 1e-6;
 
 static_assert(std::numeric_limits<double>::is_iec559, "maps carry IEEE 754 bit patterns");
 
 std::uint32_t smaller(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
 
-bool within(double value, double least, double most) {
+template <typename T>
+bool within(T value, T least, T most) {
   return value >= least && value <= most;
 }  // false on NaN
 
-/// Printable ASCII, then zeros to the field's end, at least one.
-bool is_text_field(const std::uint8_t* field, std::size_t size) {
-  std::size_t i = 0;
-  while (i < size && field[i] >= 0x20 && field[i] < 0x7F) ++i;
-  if (i == size) return false;
-  while (i < size && field[i] == 0) ++i;
-  return i == size;
+bool is_printable(const std::uint8_t* text, std::size_t size) {
+  for (std::size_t i = 0; i < size; ++i) {
+    if (text[i] < 0x20 || text[i] > 0x7E) return false;
+  }
+  return true;
 }
+
+std::uint32_t tiles_along(std::uint32_t extent, std::uint32_t side) { return (extent - 1U) / side + 1U; }
 
 }  // namespace
 
-const char* OrbitalMap::reference_system() const {
-  return usable() ? reinterpret_cast<const char*>(bytes_ + cmap::kReferenceAt) : "";
+Vec2 OrbitalMap::extent_m() const {
+  if (!usable()) return {0.0, 0.0};
+  return {(extent_x_ - 1U) * quantum_m_, (extent_y_ - 1U) * quantum_m_};
 }
 
-MapStatus OrbitalMap::read_header(const std::uint8_t* bytes, std::size_t size) {
+MapStatus OrbitalMap::read_head(const std::uint8_t* bytes, std::size_t size) {
   if (bytes == nullptr || size == 0) return MapStatus::kNoMap;
-  if (size < cmap::kHeaderBytes) return MapStatus::kTruncated;
+  if (size < cmap::kMinHeadBytes) return MapStatus::kTruncated;
   if (be::get_u32(bytes + cmap::kMagicAt) != cmap::kMagic) return MapStatus::kBadMagic;
-  if (be::get_u16(bytes + cmap::kVersionAt) != cmap::kVersion) return MapStatus::kUnknownVersion;
-  if (be::get_u16(bytes + cmap::kHeaderBytesAt) != cmap::kHeaderBytes) return MapStatus::kUnknownVersion;
-  if (crc32(bytes, cmap::kHeaderCrcAt) != be::get_u32(bytes + cmap::kHeaderCrcAt))
-    return MapStatus::kHeaderCrc;
+  if (bytes[cmap::kVersionAt] != cmap::kVersion) return MapStatus::kUnknownVersion;
+  const std::uint32_t head_bytes = be::get_u16(bytes + cmap::kHeadBytesAt);
+  if (head_bytes < cmap::kMinHeadBytes || head_bytes > cmap::kMaxHeadBytes) return MapStatus::kHeaderCrc;
+  if (size < head_bytes) return MapStatus::kTruncated;
+  const std::size_t crc_at = head_bytes - cmap::kCrcBytes;
+  if (crc32(bytes, crc_at) != be::get_u32(bytes + crc_at)) return MapStatus::kHeaderCrc;
   bytes_ = bytes;
-  file_bytes_ = be::get_u32(bytes + cmap::kFileBytesAt);
-  count_ = be::get_u32(bytes + cmap::kCountAt);
-  origin_x_m_ = be::get_f64(bytes + cmap::kOriginXAt);
-  origin_y_m_ = be::get_f64(bytes + cmap::kOriginYAt);
-  extent_x_m_ = be::get_f64(bytes + cmap::kExtentXAt);
-  extent_y_m_ = be::get_f64(bytes + cmap::kExtentYAt);
-  quantum_m_ = be::get_f64(bytes + cmap::kQuantumAt);
-  columns_ = be::get_u16(bytes + cmap::kColumnsAt);
-  rows_ = be::get_u16(bytes + cmap::kRowsAt);
-  tile_side_ = be::get_u16(bytes + cmap::kTileSideAt);
-  parameter_hash_ = be::get_u32(bytes + cmap::kParameterHashAt);
-  const MapStatus fields = check_header();
+  const MapStatus fields = read_fields(head_bytes);
   if (fields != MapStatus::kUsable) return fields;
   return size < file_bytes_ ? MapStatus::kTruncated : MapStatus::kUsable;
 }
 
 /// kUsable or kBadHeader.
-MapStatus OrbitalMap::check_header() const {
+MapStatus OrbitalMap::read_fields(std::uint32_t head_bytes) {
+  const std::uint8_t* h = bytes_;
+  const std::uint8_t flags = h[cmap::kFlagsAt];
+  const std::uint32_t quantum_um = be::get_u32(h + cmap::kQuantumAt);
+  file_bytes_ = be::get_u32(h + cmap::kFileBytesAt);
+  count_ = be::get_u32(h + cmap::kCountAt);
+  origin_x_m_ = be::get_f64(h + cmap::kOriginXAt);
+  origin_y_m_ = be::get_f64(h + cmap::kOriginYAt);
+  extent_x_ = be::get_u32(h + cmap::kExtentXAt);
+  extent_y_ = be::get_u32(h + cmap::kExtentYAt);
+  tile_side_ = be::get_u32(h + cmap::kTileSideAt);
+  offset_bytes_ = h[cmap::kOffsetBytesAt];
+  parameter_hash_ = be::get_u32(h + cmap::kParameterHashAt);
+  quantum_m_ = quantum_um * kMicrometre;
+  directory_at_ = head_bytes;
   if (!within(origin_x_m_, -cmap::kMaxCoordinate, cmap::kMaxCoordinate) ||
       !within(origin_y_m_, -cmap::kMaxCoordinate, cmap::kMaxCoordinate) ||
-      !within(quantum_m_, cmap::kMinQuantum, cmap::kMaxQuantum)) {
+      !within(quantum_um, cmap::kMinQuantum, cmap::kMaxQuantum) || !within(extent_x_, 1U, cmap::kMaxExtent) ||
+      !within(extent_y_, 1U, cmap::kMaxExtent) || !within(tile_side_, 1U, cmap::kMaxTileSide) ||
+      !within(offset_bytes_, 2U, 4U)) {
     return MapStatus::kBadHeader;
   }
-  if (columns_ == 0 || rows_ == 0 || tile_side_ == 0) return MapStatus::kBadHeader;
-  const double tile_m = tile_side_ * quantum_m_;
-  if (!within(extent_x_m_, 0.0, columns_ * tile_m) || !within(extent_y_m_, 0.0, rows_ * tile_m)) {
-    return MapStatus::kBadHeader;
-  }
-  const std::uint64_t entries = static_cast<std::uint64_t>(columns_) * rows_ + 1U;
-  const std::uint64_t expected = cmap::kHeaderBytes + entries * cmap::kDirectoryEntryBytes +
-                                 static_cast<std::uint64_t>(count_) * cmap::kBoulderBytes;
-  if (expected != file_bytes_) return MapStatus::kBadHeader;
-  const bool text = is_text_field(bytes_ + cmap::kReferenceAt, cmap::kReferenceBytes);
-  return text ? MapStatus::kUsable : MapStatus::kBadHeader;
+  columns_ = tiles_along(extent_x_, tile_side_);
+  rows_ = tiles_along(extent_y_, tile_side_);
+  if (columns_ > cmap::kMaxTiles || rows_ > cmap::kMaxTiles / columns_) return MapStatus::kBadHeader;
+  payloads_at_ = directory_at_ + columns_ * rows_ * offset_bytes_;
+  if (file_bytes_ < payloads_at_) return MapStatus::kBadHeader;
+
+  const std::size_t text_bytes = h[cmap::kReferenceLengthAt];
+  const std::size_t models_end = head_bytes - cmap::kCrcBytes;
+  if (text_bytes > models_end - cmap::kReferenceAt) return MapStatus::kBadHeader;
+  const std::size_t models_at = cmap::kReferenceAt + text_bytes;
+  const bool good = flags < 1U << cmap::kAttributes && is_printable(h + cmap::kReferenceAt, text_bytes) &&
+                    models_.read(flags, h + models_at, models_end - models_at);
+  return good ? MapStatus::kUsable : MapStatus::kBadHeader;
 }
 
-OrbitalMap::Span OrbitalMap::boulders_of_tile(std::uint32_t tile) const {
-  const std::uint8_t* entry = bytes_ + cmap::kHeaderBytes + cmap::kDirectoryEntryBytes * tile;
-  return {be::get_u32(entry), be::get_u32(entry + cmap::kDirectoryEntryBytes)};
+/// Directory entry `tile`; behind the last the end of the payloads.
+std::uint32_t OrbitalMap::offset(std::uint32_t tile) const {
+  if (tile == tiles()) return payload_bytes();
+  const std::uint8_t* entry = bytes_ + directory_at_ + tile * offset_bytes_;
+  std::uint32_t value = 0;
+  for (std::uint32_t i = 0; i < offset_bytes_; ++i) value = value << 8U | entry[i];
+  return value;
 }
 
-const std::uint8_t* OrbitalMap::boulder_at(std::uint32_t index) const {
-  return bytes_ + file_bytes_ - cmap::kBoulderBytes * (count_ - index);
+bool OrbitalMap::tile(std::uint32_t index, MapTile& out) const {
+  CAIRN_ASSERT(index < tiles());
+  const std::uint32_t first = offset(index);
+  const std::uint32_t end = offset(index + 1U);
+  if (first > end || end > payload_bytes()) return false;
+  out = MapTile();
+  if (first < end) out.payload = bytes_ + payloads_at_ + first;
+  out.bytes = end - first;
+  const std::uint32_t row = index / columns_;
+  out.first_x = (index - row * columns_) * tile_side_;
+  out.first_y = row * tile_side_;
+  out.shape = {smaller(tile_side_, extent_x_ - out.first_x), smaller(tile_side_, extent_y_ - out.first_y)};
+  return true;
+}
+
+bool OrbitalMap::tile_holds(std::uint32_t index, const MapTile& tile) {
+  if (tile.bytes == 0) return true;
+  if (tile.bytes < cmap::kCrcBytes || tile.bytes > cmap::kMaxTileBytes) return false;
+  const std::uint32_t coded = tile.bytes - cmap::kCrcBytes;
+  return crc32(tile.payload, coded, cmap::tile_crc_start(index)) == be::get_u32(tile.payload + coded);
 }
 
 /// Tiles along one axis that [low, high] touches, distances from the origin. Compared as doubles before any
@@ -116,34 +151,49 @@ WindowStatus OrbitalMap::window(const Vec2& p_map_m, double radius_m, MapBoulder
   const double north_m = p_map_m.y() - origin_y_m_;
   const Span columns = tiles_between(east_m - reach_m, east_m + reach_m, tile_m, columns_);
   const Span rows = tiles_between(north_m - reach_m, north_m + reach_m, tile_m, rows_);
-  bool found = false;
+  const std::size_t before = out.size();
+  bool damaged = false;
   for (std::uint32_t row = rows.first; row < rows.end; ++row) {
     for (std::uint32_t column = columns.first; column < columns.end; ++column) {
-      const Span boulders = boulders_of_tile(row * columns_ + column);
-      for (std::uint32_t i = boulders.first; i < boulders.end; ++i) {
-        const std::uint8_t* coded = boulder_at(i);
-        const std::uint32_t x = column * tile_side_ + be::get_u16(coded + cmap::kBoulderXAt);
-        const std::uint32_t y = row * tile_side_ + be::get_u16(coded + cmap::kBoulderYAt);
-        MapBoulder boulder;
-        boulder.p_map_m = Vec2(origin_x_m_ + x * quantum_m_, origin_y_m_ + y * quantum_m_);
-        if ((boulder.p_map_m - p_map_m).squaredNorm() > radius_m * radius_m) continue;
-        boulder.diameter_m =
-            static_cast<float>(be::get_u16(coded + cmap::kBoulderDiameterAt) * cmap::kDiameterUnit);
-        if (!out.push_back(boulder)) return WindowStatus::kWindowFull;
-        found = true;
-      }
+      const Taken taken = take_tile(row * columns_ + column, p_map_m, radius_m, out);
+      if (taken == Taken::kFull) return WindowStatus::kWindowFull;
+      damaged = damaged || taken == Taken::kCorrupt;
     }
   }
-  return found ? WindowStatus::kUsable : WindowStatus::kNoneNear;
+  if (damaged) return WindowStatus::kDamaged;
+  return out.size() > before ? WindowStatus::kUsable : WindowStatus::kNoneNear;
+}
+
+OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m, double radius_m,
+                                        MapBoulders& out) const {
+  MapTile place;
+  if (!tile(index, place) || !tile_holds(index, place)) return Taken::kCorrupt;
+  if (place.bytes == 0) return Taken::kAll;
+  cmap::TileDecoder decoder;
+  if (!decoder.start(models_, place.shape, place.payload, place.bytes - cmap::kCrcBytes))
+    return Taken::kCorrupt;
+  const std::size_t before = out.size();
+  bool full = false;  // the tile is read to its end all the same: it may turn out corrupt
+  cmap::TileBoulder coded;
+  cmap::TileStep step = decoder.next(models_, coded);
+  for (; step == cmap::TileStep::kBoulder; step = decoder.next(models_, coded)) {
+    MapBoulder boulder;
+    boulder.p_map_m = Vec2(origin_x_m_ + (place.first_x + coded.x) * quantum_m_,
+                           origin_y_m_ + (place.first_y + coded.y) * quantum_m_);
+    if ((boulder.p_map_m - p_map_m).squaredNorm() > radius_m * radius_m) continue;
+    boulder.diameter_m = models_.diameter_m(coded.attribute[0]);
+    boulder.height_mm = models_.height_mm(coded.attribute[1]);
+    boulder.confidence_percent = models_.confidence_percent(coded.attribute[2]);
+    full = !out.push_back(boulder) || full;
+  }
+  if (step == cmap::TileStep::kEnd) return full ? Taken::kFull : Taken::kAll;
+  out.resize(before);
+  return Taken::kCorrupt;
 }
 
 MapStatus MapValidation::start(const std::uint8_t* bytes, std::size_t size) {
-  candidate_ = OrbitalMap();
-  result_ = OrbitalMap();
-  phase_ = Phase::kPayloadCrc;
-  cursor_ = static_cast<std::uint32_t>(cmap::kHeaderBytes);
-  crc_ = 0;
-  status_ = candidate_.read_header(bytes, size);
+  *this = MapValidation();
+  status_ = candidate_.read_head(bytes, size);
   if (status_ == MapStatus::kUsable) status_ = MapStatus::kChecking;
   return status_;
 }
@@ -151,16 +201,20 @@ MapStatus MapValidation::start(const std::uint8_t* bytes, std::size_t size) {
 Progress MapValidation::step(WorkBudget& budget) {
   while (status_ == MapStatus::kChecking) {
     switch (phase_) {
-      case Phase::kPayloadCrc:
-        if (!budget.take(2 * kCrcUnitBytes)) return Progress::kMore;
-        check_payload_unit();
-        break;
       case Phase::kDirectory:
-        if (!budget.take(4 * kDirectoryUnit)) return Progress::kMore;
+        if (!budget.take((8 + 4) * kDirectoryUnit)) return Progress::kMore;
         check_directory_unit();
         break;
+      case Phase::kNextTile:
+        if (!budget.take(kTileUnitCost)) return Progress::kMore;
+        begin_tile();
+        break;
+      case Phase::kTileCrc:
+        if (!budget.take(2 * kCrcUnitBytes)) return Progress::kMore;
+        check_tile_crc_unit();
+        break;
       case Phase::kBoulders:
-        if (!budget.take(8 * kBoulderUnit)) return Progress::kMore;
+        if (!budget.take(25 * kBoulderUnit)) return Progress::kMore;
         check_boulder_unit();
         break;
     }
@@ -168,51 +222,95 @@ Progress MapValidation::step(WorkBudget& budget) {
   return Progress::kDone;
 }
 
-void MapValidation::check_payload_unit() {
-  const std::uint32_t bytes = smaller(kCrcUnitBytes, candidate_.file_bytes_ - cursor_);
-  crc_ = crc32(candidate_.bytes_ + cursor_, bytes, crc_);
-  cursor_ += bytes;
-  if (cursor_ < candidate_.file_bytes_) return;
-  if (crc_ != be::get_u32(candidate_.bytes_ + cmap::kPayloadCrcAt)) {
-    status_ = MapStatus::kPayloadCrc;
-    return;
+void MapValidation::check_directory_unit() {
+  const OrbitalMap& map = candidate_;
+  const std::uint32_t tiles = map.tiles();
+  const std::uint32_t end = smaller(tiles, index_ + kDirectoryUnit);
+  crc_ = crc32(map.bytes_ + map.directory_at_ + index_ * map.offset_bytes_,
+               (end - index_) * map.offset_bytes_, crc_);
+  for (; index_ < end; ++index_) {
+    const std::uint32_t first = map.offset(index_);
+    const std::uint32_t next = map.offset(index_ + 1U);
+    falls_ = falls_ || (index_ == 0 && first != 0) || next < first || next > map.payload_bytes();
   }
-  phase_ = Phase::kDirectory;
-  cursor_ = 0;
+  if (index_ < tiles) return;
+  if (crc_ != be::get_u32(map.bytes_ + cmap::kDirectoryCrcAt)) {
+    status_ = MapStatus::kDirectoryCrc;
+  } else if (falls_) {
+    status_ = MapStatus::kBadDirectory;
+  }
+  phase_ = Phase::kNextTile;
+  index_ = 0;
 }
 
-void MapValidation::check_directory_unit() {
-  const std::uint32_t tiles = candidate_.columns_ * candidate_.rows_;
-  const std::uint32_t end = smaller(tiles, cursor_ + kDirectoryUnit);
-  for (; cursor_ < end; ++cursor_) {
-    const OrbitalMap::Span boulders = candidate_.boulders_of_tile(cursor_);
-    const bool begins = cursor_ > 0 || boulders.first == 0;
-    const bool ends = cursor_ + 1 < tiles || boulders.end == candidate_.count_;
-    if (!begins || !ends || boulders.end < boulders.first) {
-      status_ = MapStatus::kBadDirectory;
-      return;
-    }
+void MapValidation::begin_tile() {
+  if (index_ == candidate_.tiles()) {
+    conclude();
+    return;
   }
-  if (cursor_ < tiles) return;
+  const bool leads = candidate_.tile(index_, tile_);
+  if (leads && tile_.bytes == 0) {
+    ++index_;
+  } else if (!leads || tile_.bytes < cmap::kCrcBytes || tile_.bytes > cmap::kMaxTileBytes) {
+    leave_out_tile();
+  } else {
+    cursor_ = 0;
+    crc_ = cmap::tile_crc_start(index_);
+    phase_ = Phase::kTileCrc;
+  }
+}
+
+void MapValidation::check_tile_crc_unit() {
+  const std::uint32_t coded = tile_.bytes - cmap::kCrcBytes;
+  const std::uint32_t bytes = smaller(kCrcUnitBytes, coded - cursor_);
+  crc_ = crc32(tile_.payload + cursor_, bytes, crc_);
+  cursor_ += bytes;
+  if (cursor_ < coded) return;
+  const std::uint8_t* said = tile_.payload + coded;
+  tiles_crc_ = crc32(said, cmap::kCrcBytes, tiles_crc_);
   phase_ = Phase::kBoulders;
-  cursor_ = 0;
-  if (candidate_.count_ == 0) status_ = MapStatus::kNoBoulders;
+  if (crc_ != be::get_u32(said) || !decoder_.start(candidate_.models_, tile_.shape, tile_.payload, coded)) {
+    leave_out_tile();
+  }
 }
 
 void MapValidation::check_boulder_unit() {
-  const std::uint32_t end = smaller(candidate_.count_, cursor_ + kBoulderUnit);
-  for (; cursor_ < end; ++cursor_) {
-    const std::uint8_t* coded = candidate_.boulder_at(cursor_);
-    if (be::get_u16(coded + cmap::kBoulderXAt) >= candidate_.tile_side_ ||
-        be::get_u16(coded + cmap::kBoulderYAt) >= candidate_.tile_side_ ||
-        be::get_u16(coded + cmap::kBoulderDiameterAt) == 0) {
-      status_ = MapStatus::kBadBoulder;
-      return;
+  cmap::TileBoulder boulder;
+  for (std::uint32_t i = 0; i < kBoulderUnit; ++i) {
+    switch (decoder_.next(candidate_.models_, boulder)) {
+      case cmap::TileStep::kBoulder: break;
+      case cmap::TileStep::kCorrupt: leave_out_tile(); return;
+      case cmap::TileStep::kEnd:
+        ++good_tiles_;
+        good_boulders_ += decoder_.count();
+        ++index_;
+        phase_ = Phase::kNextTile;
+        return;
     }
   }
-  if (cursor_ < candidate_.count_) return;
-  status_ = MapStatus::kUsable;
-  result_ = candidate_;
+}
+
+void MapValidation::leave_out_tile() {
+  ++candidate_.damaged_tiles_;
+  ++index_;
+  phase_ = Phase::kNextTile;
+}
+
+void MapValidation::conclude() {
+  const bool whole = candidate_.damaged_tiles_ == 0;
+  if (whole && good_boulders_ != candidate_.count_) {
+    status_ = MapStatus::kBadDirectory;
+  } else if (whole && tiles_crc_ != be::get_u32(candidate_.bytes_ + cmap::kTilesCrcAt)) {
+    status_ = MapStatus::kPayloadCrc;
+  } else if (whole && good_tiles_ == 0) {
+    status_ = MapStatus::kNoBoulders;
+  } else if (good_tiles_ == 0) {
+    status_ = MapStatus::kPayloadCrc;
+  } else {
+    status_ = whole ? MapStatus::kUsable : MapStatus::kDamaged;
+    candidate_.count_ = good_boulders_;
+    result_ = candidate_;
+  }
 }
 
 }  // namespace cairn

@@ -2,11 +2,11 @@
 /// need.
 ///
 /// Map bytes come through a deep-space link and stand in memory for months, so nothing of them is believed
-/// before `MapValidation` has been through all of them. It alone makes a usable `OrbitalMap`; from then on
-/// the bytes must stay as they are (a new map goes into another bank, is validated there, and takes over).
+/// before `MapValidation` has been through all of them. It alone makes a usable `OrbitalMap`; a new map goes
+/// into another bank, is validated there, and takes over. Later upsets cost a tile, not the map: `window`
+/// checks the CRC of each tile that it reads.
 ///
-/// Format: orbital_map/cmap_format.hpp and doc/ICD.md. The interface here says nothing of how boulders are
-/// coded.
+/// Format: orbital_map/cmap_format.hpp and doc/ICD.md.
 #pragma once
 
 #include <cstddef>
@@ -15,24 +15,33 @@
 #include "core/eigen.hpp"
 #include "core/work_budget.hpp"
 #include "geometry/boulder.hpp"
+#include "orbital_map/attribute_model.hpp"
+#include "orbital_map/tile_decoder.hpp"
 
 namespace cairn {
 
 enum class [[nodiscard]] MapStatus : std::uint8_t{
     kIdle,            ///< no validation was started
     kChecking,        ///< call step() again
-    kUsable,          ///< the only status whose map may be used
+    kUsable,          ///< whole and good
     kNoMap,           ///< null or empty
-    kTruncated,       ///< fewer bytes than a header, or than the header says
+    kTruncated,       ///< fewer bytes than a head, or than the head says
     kBadMagic,        ///< not a map
-    kUnknownVersion,  ///< a map of a version, or a header size, that this reader does not know
-    kHeaderCrc,       ///< the header was changed on its way
-    kBadHeader,       ///< the header's CRC holds, but its fields are out of range or contradict each other
-    kPayloadCrc,      ///< what follows the header was changed on its way
-    kBadDirectory,    ///< all CRCs hold, but the tile directory does not rise from 0 to the count
-    kBadBoulder,      ///< all CRCs hold, but a boulder lies outside its tile or has no size
+    kUnknownVersion,  ///< a map of a version that this reader does not know
+    kHeaderCrc,       ///< the head was changed on its way
+    kBadHeader,       ///< the head's CRC holds, but its fields are out of range or contradict each other
+    kPayloadCrc,      ///< no tile is good, or good tiles are not those that the head was made for
+    kBadDirectory,    ///< its CRC holds, but offsets fall, lead beyond the file, or boulders are not as many
+                      ///< as the head says
+    kDamaged,         ///< some tiles are bad; the rest may be used, the bad ones are left out
     kNoBoulders,      ///< a good map without a boulder: nothing to register with
+    kDirectoryCrc,    ///< the tile directory was changed on its way
 };
+
+/// Whether a validation that ended so has a map.
+constexpr bool may_be_used(MapStatus status) {
+  return status == MapStatus::kUsable || status == MapStatus::kDamaged;
+}
 
 enum class [[nodiscard]] WindowStatus : std::uint8_t{
     kUsable,      ///< every boulder within the radius was appended, at least one
@@ -40,33 +49,51 @@ enum class [[nodiscard]] WindowStatus : std::uint8_t{
     kNoneNear,    ///< no boulder within the radius
     kNoMap,       ///< the map is not a validated one
     kBadInput,    ///< position not finite, or radius not finite or negative
+    kDamaged,     ///< a tile there is bad: its boulders are missing, those of the others were appended
 };
 
-/// A validated map. Trivially copyable; borrows the bytes given to MapValidation::start.
+/// A tile in the map's bytes.
+struct MapTile {
+  const std::uint8_t* payload = nullptr;  ///< null where the tile holds no boulder
+  std::uint32_t bytes = 0;                ///< with its CRC; 0 where it holds no boulder
+  std::uint32_t first_x = 0;              ///< cell of its south-west corner
+  std::uint32_t first_y = 0;
+  cmap::TileShape shape;
+};
+
+/// A validated map. Trivially copyable, some 600 bytes; borrows the bytes given to MapValidation::start.
 class OrbitalMap {
  public:
   OrbitalMap() = default;  ///< no map: window() says kNoMap, every number is 0
 
   bool usable() const { return bytes_ != nullptr; }
-  std::uint32_t count() const { return count_; }
+  std::uint32_t count() const { return count_; }  ///< boulders in good tiles
+  /// Tiles that validation found bad.
+  std::uint32_t damaged_tiles() const { return damaged_tiles_; }
   double quantum_m() const { return quantum_m_; }  ///< step of the positions
   Vec2 origin_map_m() const {
     return {origin_x_m_, origin_y_m_};
   }  ///< south-west corner of the mapped ground
-  Vec2 extent_m() const {
-    return {extent_x_m_, extent_y_m_};
-  }  ///< mapped ground: so far east and north of it
+  /// Mapped ground: so far east and north of the origin.
+  Vec2 extent_m() const;
   /// CRC-32 of the parameters that the map was prepared with; tells maps apart in telemetry. 0 without map.
   std::uint32_t parameter_hash() const { return parameter_hash_; }
-  /// Zero-terminated ASCII inside the map's bytes, e.g. "EPSG:32633"; "" without map.
-  const char* reference_system() const;
+
+  std::uint32_t tiles() const { return columns_ * rows_; }
+  std::uint32_t columns() const { return columns_; }
+  const cmap::AttributeModels& models() const { return models_; }
+  /// Where tile `index` (below tiles()) lies. False where the directory has come to lead astray.
+  [[nodiscard]] bool tile(std::uint32_t index, MapTile& out) const;
+  /// Whether the CRC of tile `index`, as given by tile(), holds. Cost: its bytes, at most 65535.
+  static bool tile_holds(std::uint32_t index, const MapTile& tile);
 
   /// Appends the boulders within `radius_m` of `p_map_m` to `out`, in a fixed order: tiles row by row from
   /// the south-west, in a tile as in the file. Not cleared before. Positions and distances are doubles from
-  /// integers, the same bits on every target.
+  /// integers, the same bits on every target. A tile whose CRC does not hold is left out whole.
   ///
-  /// Cost: one operation a tile that the circle's box touches, about ten a boulder in these tiles; stops when
-  /// `out` is full. Tiles hold 32 boulders on average.
+  /// Cost: the tiles that the circle's box touches, (2 radius / tile side + 2)^2 at most, times what a tile
+  /// holds: some 500 boulders as the encoder sizes them, 4096 and 65535 bytes at most. At most 200
+  /// instructions a boulder on a PowerPC 750. Stops after the tile that fills `out`.
   WindowStatus window(const Vec2& p_map_m, double radius_m, MapBoulders& out) const;
 
  private:
@@ -75,56 +102,75 @@ class OrbitalMap {
     std::uint32_t first = 0;
     std::uint32_t end = 0;
   };
+  enum class Taken : std::uint8_t { kAll, kFull, kCorrupt };
 
   static Span tiles_between(double low_m, double high_m, double tile_m, std::uint32_t tiles);
-  Span boulders_of_tile(std::uint32_t tile) const;
-  const std::uint8_t* boulder_at(std::uint32_t index) const;
-  MapStatus read_header(const std::uint8_t* bytes, std::size_t size);
-  MapStatus check_header() const;
+  std::uint32_t offset(std::uint32_t tile) const;
+  std::uint32_t payload_bytes() const { return file_bytes_ - payloads_at_; }
+  Taken take_tile(std::uint32_t index, const Vec2& p_map_m, double radius_m, MapBoulders& out) const;
+  MapStatus read_head(const std::uint8_t* bytes, std::size_t size);
+  MapStatus read_fields(std::uint32_t head_bytes);
 
   const std::uint8_t* bytes_ = nullptr;
   double origin_x_m_ = 0.0;
   double origin_y_m_ = 0.0;
-  double extent_x_m_ = 0.0;
-  double extent_y_m_ = 0.0;
   double quantum_m_ = 0.0;
-  std::uint32_t count_ = 0;
+  std::uint32_t extent_x_ = 0;  ///< cells
+  std::uint32_t extent_y_ = 0;
+  std::uint32_t tile_side_ = 1;
   std::uint32_t columns_ = 0;
   std::uint32_t rows_ = 0;
-  std::uint32_t tile_side_ = 0;
+  std::uint32_t count_ = 0;
+  std::uint32_t damaged_tiles_ = 0;
   std::uint32_t file_bytes_ = 0;
+  std::uint32_t directory_at_ = 0;
+  std::uint32_t payloads_at_ = 0;
+  std::uint32_t offset_bytes_ = 0;
   std::uint32_t parameter_hash_ = 0;
+  cmap::AttributeModels models_;
 };
 
 /// Checks a whole map in slices of bounded work, before its first use. A job.
 ///
-/// Order: presence, header (magic, version, CRC, ranges), length, CRC of the payload, tile directory,
-/// boulders. Any single flipped bit is found by magic, version or a CRC-32. Bytes beyond the file's own
-/// length (a bank larger than the map) are not looked at.
+/// Order: presence, head (magic, version, CRC, ranges), length, directory, tiles one by one (CRC, then every
+/// boulder decoded), CRC over the tiles' CRCs, number of boulders. Any one or two flipped bits are found by
+/// magic, version or a CRC-32. Bytes beyond the file's own length (a bank larger than the map) are not looked
+/// at.
 class MapValidation {
  public:
-  /// Looks at the header (bounded: 176 bytes) and gets ready for the rest: kChecking, or why not. `bytes` is
+  /// Looks at the head (bounded: 380 bytes) and gets ready for the rest: kChecking, or why not. `bytes` is
   /// borrowed until the validation is done, and as long as the resulting map is used.
   MapStatus start(const std::uint8_t* bytes, std::size_t size);
-  /// Units: 256 bytes of CRC, 64 directory entries or 32 boulders; at most 600 operations each.
+  /// Units: 64 directory entries, a tile's place, 256 bytes of its CRC, 32 of its boulders; 800 operations
+  /// each, and 1024 more once a tile where it passes over empty blocks.
   Progress step(WorkBudget& budget);
   MapStatus status() const { return status_; }
-  /// The map where status() is kUsable, else no map.
+  /// The map where may_be_used(status()), else no map.
   const OrbitalMap& result() const { return result_; }
 
  private:
-  enum class Phase : std::uint8_t { kPayloadCrc, kDirectory, kBoulders };
+  enum class Phase : std::uint8_t { kDirectory, kNextTile, kTileCrc, kBoulders };
 
-  void check_payload_unit();
   void check_directory_unit();
+  void begin_tile();
+  void check_tile_crc_unit();
   void check_boulder_unit();
+  void leave_out_tile();
+  void conclude();
 
   OrbitalMap candidate_;
   OrbitalMap result_;
+  cmap::TileDecoder decoder_;
+  MapTile tile_;
   MapStatus status_ = MapStatus::kIdle;
-  Phase phase_ = Phase::kPayloadCrc;
-  std::uint32_t cursor_ = 0;  ///< byte, directory entry or boulder that comes next
-  std::uint32_t crc_ = 0;
+  Phase phase_ = Phase::kDirectory;
+  bool falls_ = false;        ///< the directory
+  std::uint32_t index_ = 0;   ///< directory entry, then tile that comes next
+  std::uint32_t cursor_ = 0;  ///< byte of the tile that comes next
+  std::uint32_t crc_ = 0;     ///< of the directory, then of the tile
+  std::uint32_t tiles_crc_ = 0;
+  std::uint32_t good_tiles_ = 0;
+  std::uint32_t good_boulders_ = 0;
 };
 
 }  // namespace cairn

@@ -5,7 +5,7 @@
 
 #include "campaign/statistics.hpp"
 #include "map/cmap_file.hpp"
-#include "map/detector.hpp"
+#include "map/map_build.hpp"
 #include "map/raster.hpp"
 #include "output_file.hpp"
 #include "replay/summary.hpp"

@@ -2,148 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "core/trig.hpp"
-#include "map/kernels.hpp"
 #include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {
 
-constexpr int kLevel = 128;  ///< a difference of nothing
 constexpr int kLeastBackgroundPx = 61;
 constexpr int kLeastBlockPx = 128;
 constexpr int kLeastMedianPx = 3;
-constexpr int kMostMedianPx = 15;
-constexpr double kLeastOfGlobal = 0.5;
-constexpr double kMostOfGlobal = 1.5;
-
-ImageU8 view_of(const std::vector<std::uint8_t>& pixels, const Raster& raster) {
-  return packed_view(pixels.data(), raster.width, raster.height);
-}
-MutableImageU8 view_of(std::vector<std::uint8_t>& pixels, const Raster& raster) {
-  return packed_view(pixels.data(), raster.width, raster.height);
-}
-
-/// Median absolute difference, as the standard deviation of the Gaussian that has it.
-double texture_sigma(const Histogram& histogram) {
-  Histogram magnitude{};
-  std::uint64_t total = 0;
-  for (std::size_t i = 0; i < histogram.size(); ++i) {
-    magnitude[static_cast<std::size_t>(std::abs(static_cast<int>(i) - kLevel))] += histogram[i];
-    total += histogram[i];
-  }
-  const double half = 0.5 * static_cast<double>(total);
-  double below = 0.0;
-  for (std::size_t i = 0; i < magnitude.size(); ++i) {
-    const auto here = static_cast<double>(magnitude[i]);
-    if (here > 0.0 && below + here >= half) {  // grey level i stands for i - 0.5 to i + 0.5
-      return 1.4826 * std::max(0.0, static_cast<double>(i) - 0.5 + (half - below) / here);
-    }
-    below += here;
-  }
-  return 0.0;
-}
-
-/// Otsu's threshold as a darkness below the surroundings, in the middle between two grey levels; 1 or more.
-/// What is brighter than its surroundings counts as level ground: bright rocks must not draw the split to
-/// their own side.
-double darkness_threshold(const Histogram& histogram) {
-  Histogram folded{};
-  for (std::size_t i = 0; i < histogram.size(); ++i) folded[std::min<std::size_t>(i, kLevel)] += histogram[i];
-  return std::max(1.0, kLevel - otsu_threshold(folded) - 0.5);
-}
-
-/// Blocks of about `block_px`, evenly spread over the image; thresholds at their centres, interpolated
-/// between.
-class BlockThresholds {
- public:
-  BlockThresholds(const Raster& raster, const std::vector<std::uint8_t>& difference, int block_px,
-                  const DetectorParams& params)
-      : columns_(std::max(1, (raster.width + block_px / 2) / block_px)),
-        rows_(std::max(1, (raster.height + block_px / 2) / block_px)),
-        width_(raster.width),
-        height_(raster.height) {
-    std::vector<Histogram> histograms(static_cast<std::size_t>(columns_) * rows_, Histogram{});
-    Histogram whole{};
-    for (int y = 0; y < height_; ++y) {
-      for (int x = 0; x < width_; ++x) {
-        const std::size_t i = static_cast<std::size_t>(y) * width_ + x;
-        if (!raster.valid.empty() && raster.valid[i] == 0) continue;
-        ++histograms[index(block_of(x, columns_, width_), block_of(y, rows_, height_))][difference[i]];
-        ++whole[difference[i]];
-      }
-    }
-    const double global = darkness_threshold(whole);
-    const double whole_sigma = texture_sigma(whole);
-    for (const Histogram& histogram : histograms) {
-      const double own =
-          std::clamp(darkness_threshold(histogram), kLeastOfGlobal * global, kMostOfGlobal * global);
-      const double sigma = std::min(texture_sigma(histogram), whole_sigma);
-      darkness_.push_back(std::max({params.threshold_scale * own, params.noise_sigmas * sigma, 1.0}));
-    }
-  }
-
-  /// Row `y` of thresholds on the difference image: what is below is dark.
-  void row(int y, std::vector<double>& level) const {
-    const Between v = between(y, rows_, height_);
-    for (int x = 0; x < width_; ++x) {
-      const Between u = between(x, columns_, width_);
-      const double above =
-          mix(darkness_[index(u.first, v.first)], darkness_[index(u.second, v.first)], u.share);
-      const double below =
-          mix(darkness_[index(u.first, v.second)], darkness_[index(u.second, v.second)], u.share);
-      level[static_cast<std::size_t>(x)] = kLevel - mix(above, below, v.share);
-    }
-  }
-
- private:
-  struct Between {
-    int first = 0;
-    int second = 0;
-    double share = 0.0;  ///< of the second
-  };
-
-  static int block_of(int i, int blocks, int size) {
-    return static_cast<int>(static_cast<std::int64_t>(i) * blocks / size);
-  }
-  static Between between(int i, int blocks, int size) {
-    const double at = std::clamp((i + 0.5) * blocks / size - 0.5, 0.0, blocks - 1.0);
-    const int first = static_cast<int>(at);
-    return {first, std::min(first + 1, blocks - 1), at - first};
-  }
-  static double mix(double a, double b, double share) { return a + (b - a) * share; }
-  std::size_t index(int column, int row) const { return static_cast<std::size_t>(row) * columns_ + column; }
-
-  int columns_;
-  int rows_;
-  int width_;
-  int height_;
-  std::vector<double> darkness_;
-};
-
-std::vector<std::uint8_t> mask_of_dark(const Raster& raster, const std::vector<std::uint8_t>& difference,
-                                       const BlockThresholds& thresholds) {
-  std::vector<std::uint8_t> mask(difference.size());
-  std::vector<double> level(static_cast<std::size_t>(raster.width));
-  for (int y = 0; y < raster.height; ++y) {
-    thresholds.row(y, level);
-    const std::size_t from = static_cast<std::size_t>(y) * raster.width;
-    for (std::size_t x = 0; x < level.size(); ++x) mask[from + x] = difference[from + x] < level[x] ? 255 : 0;
-  }
-  return mask;
-}
+constexpr int kMostMedianPx = 2 * MedianRows::kMostRadius + 1;
 
 /// Longer over shorter axis of the ellipse with the component's second moments. A pixel is a unit square: its
-/// own moment of 1/12 keeps lines of one pixel's width finite.
+/// own moment of 1/12 keeps lines of one pixel's width finite. The moments about the centroid are whole
+/// numbers over the square of the count: nothing is lost far from the image's origin.
 double elongation_of(const Component& c) {
   const auto n = static_cast<double>(c.area_px);
-  const double xx = static_cast<double>(c.sum_xx) / n - c.mean_x() * c.mean_x() + 1.0 / 12.0;
-  const double yy = static_cast<double>(c.sum_yy) / n - c.mean_y() * c.mean_y() + 1.0 / 12.0;
-  const double xy = static_cast<double>(c.sum_xy) / n - c.mean_x() * c.mean_y();
+  const auto about_centroid = [&](WideSum sum, std::uint64_t a, std::uint64_t b) {
+    const WideSum product = static_cast<WideSum>(a) * b;
+    const WideSum scaled = static_cast<WideSum>(c.area_px) * sum;
+    const double size = static_cast<double>(scaled > product ? scaled - product : product - scaled) / (n * n);
+    return scaled > product ? size : -size;
+  };
+  const double xx = about_centroid(c.sum_xx, c.sum_x, c.sum_x) + 1.0 / 12.0;
+  const double yy = about_centroid(c.sum_yy, c.sum_y, c.sum_y) + 1.0 / 12.0;
+  const double xy = about_centroid(c.sum_xy, c.sum_x, c.sum_y);
   const double half_trace = 0.5 * (xx + yy);
-  const double root = std::hypot(0.5 * (xx - yy), xy);
+  const double half_difference = 0.5 * (xx - yy);
+  const double root = std::sqrt(half_difference * half_difference + xy * xy);
   return std::sqrt((half_trace + root) / std::max(half_trace - root, 1.0 / 12.0));
 }
 
@@ -164,7 +51,7 @@ void check_range(const char* option, double value, double least, double most) {
   }
 }
 
-int pixels(double length_m, double pixel_m) {
+int whole_pixels(double length_m, double pixel_m) {
   return static_cast<int>(std::lround(std::min(length_m / pixel_m, 1e8)));  // more than any image is wide
 }
 
@@ -193,47 +80,63 @@ std::string to_text(const DetectorParams& params) {
       params.min_area_m2, params.min_area_px);
 }
 
-std::vector<TableBoulder> detect_boulders(const Raster& raster, const DetectorParams& params,
-                                          const ShareDone& done) {
-  const double pixel_m = raster.geo.pixel_m();
-  const int background_px = std::max(kLeastBackgroundPx, pixels(params.background_m, pixel_m));
-  const int block_px = std::max(kLeastBlockPx, pixels(params.block_m, pixel_m));
-  const int median_px = std::clamp(odd_pixels(params.median_m, pixel_m), kLeastMedianPx, kMostMedianPx);
-  const auto part = [&](double from, double to) -> RowDone {  // shares of the time, as measured
-    if (!done) return {};
-    return [&done, from, to, &raster](int rows) { done(from + (to - from) * rows / raster.height); };
-  };
-
-  std::vector<std::uint8_t> difference(raster.grey.size());
-  difference_from_surroundings(raster.grey_view(), raster.valid_view(), background_px / 2,
-                               view_of(difference, raster), part(0.0, 0.4));
-  const BlockThresholds thresholds(raster, difference, block_px, params);
-  const std::vector<std::uint8_t> dark = mask_of_dark(raster, difference, thresholds);
-  std::vector<std::uint8_t> mask(dark.size());
-  median_of_mask(view_of(dark, raster), median_px, view_of(mask, raster), part(0.6, 0.9));
-  const ImageU8 blobs = packed_view<const std::uint8_t>(mask.data(), raster.width, raster.height);
-  const std::vector<Component> components = connected_components(
-      blobs, packed_view<const std::uint8_t>(difference.data(), raster.width, raster.height), part(0.9, 1.0));
-
-  std::vector<TableBoulder> boulders;
-  for (const Component& c : components) {
-    const bool large = static_cast<double>(c.area_px) * raster.geo.pixel_area_m2() >= params.min_area_m2 &&
-                       c.area_px >= static_cast<std::uint64_t>(params.min_area_px);
-    if (large) boulders.push_back(boulder_of(c, raster.geo));
+DetectorPixels on_pixels(const DetectorParams& params, double pixel_m) {
+  DetectorPixels px;
+  px.radius = std::max(kLeastBackgroundPx, whole_pixels(params.background_m, pixel_m)) / 2;
+  px.block = std::max(kLeastBlockPx, whole_pixels(params.block_m, pixel_m));
+  px.median_radius = std::clamp(odd_pixels(params.median_m, pixel_m), kLeastMedianPx, kMostMedianPx) / 2;
+  if (px.radius > kMostRadiusPx) {
+    throw ToolError("--background: {} m are {} pixels of {:.4g} m; choose {:.4g} m or less",
+                    params.background_m, 2 * px.radius + 1, pixel_m, (2 * kMostRadiusPx + 1) * pixel_m);
   }
-  return boulders;
+  return px;
 }
 
-MapExtent extent_of(const Raster& raster) {
-  MapExtent e;
-  for (int i = 0; i < 4; ++i) {
-    const Vec2 p =
-        raster.geo.to_map(i % 2 == 0 ? -0.5 : raster.width - 0.5, i / 2 == 0 ? -0.5 : raster.height - 0.5);
-    e = i == 0 ? MapExtent{p.x(), p.y(), p.x(), p.y()}
-               : MapExtent{std::min(e.min_x_m, p.x()), std::min(e.min_y_m, p.y()), std::max(e.max_x_m, p.x()),
-                           std::max(e.max_y_m, p.y())};
+TileComponents dark_components(RasterReader& reader, const GreyRange& range, const RasterFacts& facts,
+                               const BlockGrid& grid, const BlockDarkness& darkness,
+                               const DetectorPixels& pixels, const PixelBox& tile) {
+  const PixelBox image = facts.box();
+  const PixelBox around = tile.grown(pixels.median_radius, image);
+  RowWindow window(reader, range, around.grown(pixels.radius, image),
+                   DifferenceRows::rows_kept(pixels.radius), facts.all_valid);
+  DifferenceRows difference(window, around, image, pixels.radius);
+  ThresholdRows thresholds(grid, darkness, around.x0, around.x1);
+  MedianRows median(tile, image, pixels.median_radius);
+  TileLabeller labeller(tile, image);
+
+  const auto wide = static_cast<std::size_t>(around.width());
+  const auto inset = static_cast<std::size_t>(tile.x0 - around.x0);
+  const int kept = 2 * pixels.median_radius + 2;  // the median lags behind the difference
+  std::vector<std::uint8_t> differences(wide * static_cast<std::size_t>(kept));
+  const auto row = [&](int y) {
+    return &differences[static_cast<std::size_t>((y - around.y0) % kept) * wide];
+  };
+  std::vector<std::uint8_t> level(wide);
+  std::vector<std::uint8_t> dark(wide);
+  std::vector<std::uint8_t> mask(static_cast<std::size_t>(tile.width()));
+  int out = tile.y0;
+  for (int y = around.y0; y < around.y1; ++y) {
+    difference.next(row(y));
+    thresholds.row(y, level.data());
+    rows::darker(row(y), level.data(), dark.data(), wide);
+    median.push(dark.data());
+    for (; median.ready(); ++out) {
+      median.pop(mask.data());
+      labeller.push(mask.data(), row(out) + inset);
+    }
   }
-  return e;
+  return labeller.finish();
+}
+
+std::vector<FoundBoulder> boulders_of(const std::vector<Component>& components, const DetectorParams& params,
+                                      const GeoTransform& geo) {
+  std::vector<FoundBoulder> found;
+  for (const Component& c : components) {
+    const bool large = static_cast<double>(c.area_px) * geo.pixel_area_m2() >= params.min_area_m2 &&
+                       c.area_px >= static_cast<std::uint64_t>(params.min_area_px);
+    if (large) found.push_back({c.min_y, c.first_x, boulder_of(c, geo)});
+  }
+  return found;
 }
 
 }  // namespace cairn::ground

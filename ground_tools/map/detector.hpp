@@ -1,4 +1,4 @@
-/// The paper's orbital boulder detector (METHOD B.1): raster in, boulder table out. Pure functions.
+/// The paper's orbital boulder detector (METHOD B.1), tile by tile.
 ///
 ///   1. difference of each pixel from the mean of its surroundings (takes out albedo and slow shading);
 ///   2. adaptive Otsu: Otsu's threshold of that difference block by block, interpolated bilinearly between
@@ -13,23 +13,27 @@
 /// (1.4826 times the median absolute difference of the block, or of the whole image where that is less); the
 /// median then clears what texture goes beyond it.
 ///
+/// The thresholds need the whole image, so that there are two rounds over it: statistics
+/// (block_thresholds.hpp), then boulders. map_build.hpp leads both.
+///
 /// The blobs are mostly cast shadow: centroids lie about a third of a diameter away from the sun. That is the
 /// paper's detector; diameters are those of the blobs.
 #pragma once
 
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "map/block_thresholds.hpp"
 #include "map/boulder_table.hpp"
-#include "map/raster.hpp"
+#include "map/components.hpp"
+#include "map/raster_source.hpp"
 
 namespace cairn::ground {
 
 /// Lengths are in metres, so that one setting serves every resolution; each has a least number of pixels
 /// below which it would stop working, which takes over on coarse images.
 struct DetectorParams {
-  double background_m = 1.5;  ///< side of the surroundings whose mean is taken, at least 61 px
+  double background_m = 1.5;  ///< side of the surroundings whose mean is taken, 61 to 2801 px
   double block_m = 8.0;       ///< side of Otsu's blocks, at least 128 px
   /// Otsu's threshold lies half-way from sunlit ground to full shadow. This share of it takes in the shaded
   /// faces, which are less dark than the cast shadow and nearer to the boulder's centre.
@@ -46,13 +50,33 @@ void check(const DetectorParams& params);
 /// The parameters as one line of text, e.g. for the map's parameter hash.
 std::string to_text(const DetectorParams& params);
 
-using ShareDone = std::function<void(double share)>;
+/// The parameters on an image's pixels.
+struct DetectorPixels {
+  int radius = 0;         ///< of the surroundings
+  int block = 0;          ///< side
+  int median_radius = 0;  ///< at most MedianRows::kMostRadius
+  /// How far the result at a pixel may depend on the image around it.
+  int reach() const { return radius + median_radius; }
+};
 
-/// Boulders in the order of their first pixel, row by row. O(pixels). `done` hears 0 to 1.
-std::vector<TableBoulder> detect_boulders(const Raster& raster, const DetectorParams& params,
-                                          const ShareDone& done = {});
+/// Throws ToolError: surroundings of more than 2801 px.
+DetectorPixels on_pixels(const DetectorParams& params, double pixel_m);
 
-/// The ground that the image covers: the box of its corners.
-MapExtent extent_of(const Raster& raster);
+/// A boulder and the pixel that orders it among the others of its image: whatever tile it was found in.
+struct FoundBoulder {
+  int y = 0;
+  int x = 0;
+  TableBoulder boulder;
+};
+
+/// A tile of the second round: the components of its part of the mask, after the median; `sum_value` is of
+/// the difference image. Memory: a few rows as wide as the tile; time O(pixels).
+TileComponents dark_components(RasterReader& reader, const GreyRange& range, const RasterFacts& facts,
+                               const BlockGrid& grid, const BlockDarkness& darkness,
+                               const DetectorPixels& pixels, const PixelBox& tile);
+
+/// The components that are large enough, as boulders.
+std::vector<FoundBoulder> boulders_of(const std::vector<Component>& components, const DetectorParams& params,
+                                      const GeoTransform& geo);
 
 }  // namespace cairn::ground

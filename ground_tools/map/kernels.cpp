@@ -1,118 +1,16 @@
 #include "map/kernels.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <cstring>
+
+#include "core/assert.hpp"
 
 namespace cairn::ground {
 namespace {
 
-int clamp_index(int i, int size) { return std::clamp(i, 0, size - 1); }
+constexpr int kRowsAtOnce = 64;
 
-void tell(const RowDone& done, int rows) {
-  if (done) done(rows);
-}
-
-/// Sums over a window's rows, column by column; rows enter below and leave above.
-struct ColumnSums {
-  std::vector<std::uint32_t> grey;
-  std::vector<std::uint32_t> count;
-
-  void change(const ImageU8& image, const ImageU8& valid, int y, bool enters) {
-    if (y < 0 || y >= image.height) return;
-    const std::uint8_t* g = image.row(y);
-    const std::uint8_t* v = valid.data != nullptr ? valid.row(y) : nullptr;
-    const std::uint32_t sign = enters ? 1U : ~0U;  // minus one, modulo 2^32
-    for (std::size_t x = 0; x < grey.size(); ++x) {
-      if (v != nullptr && v[x] == 0) continue;
-      grey[x] += sign * g[x];
-      count[x] += sign;
-    }
-  }
-};
-
-/// The components while rows arrive: a forest over provisional components, each root holding the sums.
-class ComponentForest {
- public:
-  std::size_t add() {
-    parent_.push_back(parent_.size());
-    sums_.emplace_back();
-    return parent_.size() - 1;
-  }
-  std::size_t root(std::size_t i) {
-    while (parent_[i] != i) {
-      parent_[i] = parent_[parent_[i]];  // path halving
-      i = parent_[i];
-    }
-    return i;
-  }
-  /// The older root wins, so that a component keeps the place of its first pixel.
-  std::size_t join(std::size_t a, std::size_t b) {
-    a = root(a);
-    b = root(b);
-    if (a == b) return a;
-    if (b < a) std::swap(a, b);
-    parent_[b] = a;
-    merge(sums_[a], sums_[b]);
-    return a;
-  }
-  Component& sums(std::size_t i) { return sums_[root(i)]; }
-  std::vector<Component> finish() const {
-    std::vector<Component> found;
-    for (std::size_t i = 0; i < parent_.size(); ++i) {
-      if (parent_[i] == i) found.push_back(sums_[i]);
-    }
-    return found;
-  }
-
-  static void merge(Component& into, const Component& from) {
-    if (from.area_px == 0) return;
-    if (into.area_px == 0) {
-      into = from;
-      return;
-    }
-    into.area_px += from.area_px;
-    into.sum_x += from.sum_x;
-    into.sum_y += from.sum_y;
-    into.sum_xx += from.sum_xx;
-    into.sum_xy += from.sum_xy;
-    into.sum_yy += from.sum_yy;
-    into.sum_value += from.sum_value;
-    into.min_x = std::min(into.min_x, from.min_x);
-    into.min_y = std::min(into.min_y, from.min_y);
-    into.max_x = std::max(into.max_x, from.max_x);
-    into.max_y = std::max(into.max_y, from.max_y);
-  }
-
- private:
-  std::vector<std::size_t> parent_;
-  std::vector<Component> sums_;
-};
-
-/// Non-zero pixels from `begin` to before `end` of one row.
-struct Run {
-  int begin = 0;
-  int end = 0;
-  std::size_t component = 0;
-};
-
-Component sums_of_run(int begin, int end, int y, const std::uint8_t* values) {
-  Component c;
-  c.min_x = begin;
-  c.max_x = end - 1;
-  c.min_y = c.max_y = y;
-  const auto row = static_cast<std::uint64_t>(y);
-  for (int x = begin; x < end; ++x) {
-    const auto column = static_cast<std::uint64_t>(x);
-    c.sum_x += column;
-    c.sum_xx += column * column;
-    c.sum_value += values[x];
-  }
-  c.area_px = static_cast<std::uint64_t>(end - begin);
-  c.sum_y = row * c.area_px;
-  c.sum_yy = row * row * c.area_px;
-  c.sum_xy = row * c.sum_x;
-  return c;
-}
+int in_chunks(int rows) { return (rows + kRowsAtOnce - 1) / kRowsAtOnce * kRowsAtOnce; }
 
 }  // namespace
 
@@ -144,99 +42,184 @@ int otsu_threshold(const Histogram& histogram) {
   return best;
 }
 
-void difference_from_surroundings(const ImageU8& grey, const ImageU8& valid, int radius,
-                                  const MutableImageU8& out, const RowDone& done) {
-  const int width = grey.width;
-  ColumnSums columns{std::vector<std::uint32_t>(static_cast<std::size_t>(width)),
-                     std::vector<std::uint32_t>(static_cast<std::size_t>(width))};
-  for (int y = 0; y < radius; ++y) columns.change(grey, valid, y, true);
-  for (int y = 0; y < grey.height; ++y) {
-    columns.change(grey, valid, y + radius, true);
-    columns.change(grey, valid, y - radius - 1, false);
-    std::int64_t sum = 0;
-    std::int64_t count = 0;
-    for (int x = 0; x < std::min(radius, width); ++x) {
-      sum += columns.grey[static_cast<std::size_t>(x)];
-      count += columns.count[static_cast<std::size_t>(x)];
+RowWindow::RowWindow(RasterReader& reader, const GreyRange& range, const PixelBox& box, int rows_kept,
+                     bool all_valid)
+    : reader_(reader),
+      range_(range),
+      box_(box),
+      all_valid_(all_valid),
+      rows_(std::min(in_chunks(rows_kept) + kRowsAtOnce, in_chunks(box.height()))),
+      next_row_(box.y0),
+      width_(static_cast<std::size_t>(box.width())) {
+  const auto pixels = static_cast<std::size_t>(rows_) * width_;
+  grey_.resize(pixels);
+  if (!all_valid) missing_.resize(pixels);
+  has_missing_.resize(static_cast<std::size_t>(rows_));
+}
+
+void RowWindow::read_to(int y) {
+  CAIRN_ASSERT(y >= box_.y0 && y < box_.y1);
+  while (next_row_ <= y) {
+    const PixelBox part{box_.x0, next_row_, box_.x1, std::min(next_row_ + kRowsAtOnce, box_.y1)};
+    const std::size_t first = slot(next_row_);
+    std::uint8_t* const flags = all_valid_ ? nullptr : &missing_[first * width_];
+    const bool any = reader_.read(part, range_, &grey_[first * width_], flags, box_.width());
+    for (std::size_t i = 0; i < static_cast<std::size_t>(part.height()); ++i) {
+      const bool gone =
+          any && !all_valid_ && std::memchr(&missing_[(first + i) * width_], 1, width_) != nullptr;
+      has_missing_[first + i] = gone ? 1 : 0;
     }
-    const std::uint8_t* from = grey.row(y);
-    const std::uint8_t* known = valid.data != nullptr ? valid.row(y) : nullptr;
-    std::uint8_t* to = out.row(y);
-    for (int x = 0; x < width; ++x) {
-      if (x + radius < width) {
-        sum += columns.grey[static_cast<std::size_t>(x + radius)];
-        count += columns.count[static_cast<std::size_t>(x + radius)];
-      }
-      if (x - radius - 1 >= 0) {
-        sum -= columns.grey[static_cast<std::size_t>(x - radius - 1)];
-        count -= columns.count[static_cast<std::size_t>(x - radius - 1)];
-      }
-      if (count == 0 || (known != nullptr && known[x] == 0)) {
-        to[x] = 128;
-        continue;
-      }
-      const std::int64_t mean = (sum + count / 2) / count;
-      to[x] = static_cast<std::uint8_t>(std::clamp<std::int64_t>(from[x] - mean + 128, 0, 255));
-    }
-    tell(done, y + 1);
+    next_row_ = part.y1;
   }
 }
 
-void median_of_mask(const ImageU8& mask, int side, const MutableImageU8& out, const RowDone& done) {
-  const int radius = side / 2;
-  const int half = side * side / 2;
-  const int width = mask.width;
-  const int height = mask.height;
-  std::vector<int> columns(static_cast<std::size_t>(width));
-  const auto change = [&](int y, int sign) {
-    const std::uint8_t* row = mask.row(clamp_index(y, height));
-    for (std::size_t x = 0; x < columns.size(); ++x) columns[x] += row[x] != 0 ? sign : 0;
-  };
-  for (int y = -radius - 1; y < radius; ++y) change(y, 1);
-  for (int y = 0; y < height; ++y) {
-    change(y + radius, 1);
-    change(y - radius - 1, -1);
-    int sum = 0;
-    for (int x = -radius - 1; x < radius; ++x)
-      sum += columns[static_cast<std::size_t>(clamp_index(x, width))];
-    std::uint8_t* to = out.row(y);
-    for (int x = 0; x < width; ++x) {
-      sum += columns[static_cast<std::size_t>(clamp_index(x + radius, width))];
-      sum -= columns[static_cast<std::size_t>(clamp_index(x - radius - 1, width))];
-      to[x] = sum > half ? 255 : 0;
-    }
-    tell(done, y + 1);
+const std::uint8_t* RowWindow::grey(int y) {
+  read_to(y);
+  return &grey_[slot(y) * width_];
+}
+
+const std::uint8_t* RowWindow::missing(int y) {
+  read_to(y);
+  return has_missing_[slot(y)] != 0 ? &missing_[slot(y) * width_] : nullptr;
+}
+
+DifferenceRows::DifferenceRows(RowWindow& rows, const PixelBox& box, const PixelBox& image, int radius)
+    : rows_(rows),
+      box_(box),
+      image_(image),
+      radius_(radius),
+      y_(box.y0),
+      top_(std::max(box.y0 - radius, image.y0)),
+      bottom_(top_) {
+  CAIRN_ASSERT(radius >= 0 && radius <= kMostRadiusPx);
+  const PixelBox from = box.grown(radius, image);
+  CAIRN_ASSERT(from.x0 == rows.box().x0 && from.x1 == rows.box().x1);
+  const auto width = static_cast<std::size_t>(box.width());
+  const auto wide = static_cast<std::size_t>(from.width());
+  sums_.resize(wide);
+  gone_.resize(wide);
+  prefix_.resize(width + 2 * static_cast<std::size_t>(radius) + 1);
+  gone_prefix_.resize(prefix_.size());
+  half_.resize(width);
+  inverse_.resize(width);
+  mean_.resize(width);
+  for (int x = box.x0; x < box.x1; ++x)
+    columns_.push_back(std::min(x + radius + 1, image.x1) - std::max(x - radius, image.x0));
+}
+
+void DifferenceRows::slide_to(int y) {
+  const int top = std::max(y - radius_, image_.y0);
+  const int bottom = std::min(y + radius_ + 1, image_.y1);
+  const std::size_t n = sums_.size();
+  if (bottom == bottom_ + 1 && top == top_ + 1) {
+    const std::uint8_t* const enters = rows_.grey(bottom_);
+    rows::slide(sums_.data(), enters, rows_.grey(top_), n);
+  } else {
+    for (int i = bottom_; i < bottom; ++i) rows::add(sums_.data(), rows_.grey(i), n);
+    for (int i = top_; i < top; ++i) rows::subtract(sums_.data(), rows_.grey(i), n);
+  }
+  for (; bottom_ < bottom; ++bottom_) {
+    const std::uint8_t* const gone = rows_.missing(bottom_);
+    if (gone == nullptr) continue;
+    rows::add(gone_.data(), gone, n);
+    ++gone_rows_;
+  }
+  for (; top_ < top; ++top_) {
+    const std::uint8_t* const gone = rows_.missing(top_);
+    if (gone == nullptr) continue;
+    rows::subtract(gone_.data(), gone, n);
+    --gone_rows_;
   }
 }
 
-std::vector<Component> connected_components(const ImageU8& mask, const ImageU8& values, const RowDone& done) {
-  ComponentForest forest;
-  std::vector<Run> above;
-  std::vector<Run> here;
-  for (int y = 0; y < mask.height; ++y) {
-    here.clear();
-    const std::uint8_t* row = mask.row(y);
-    std::size_t candidate = 0;  // first run above that may still touch
-    for (int x = 0; x < mask.width; ++x) {
-      if (row[x] == 0) continue;
-      Run run{x, x, 0};
-      while (run.end < mask.width && row[run.end] != 0) ++run.end;
-      x = run.end;
-      while (candidate < above.size() && above[candidate].end < run.begin) ++candidate;
-      bool placed = false;
-      for (std::size_t i = candidate; i < above.size() && above[i].begin <= run.end; ++i) {
-        run.component =
-            placed ? forest.join(run.component, above[i].component) : forest.root(above[i].component);
-        placed = true;
-      }
-      if (!placed) run.component = forest.add();
-      ComponentForest::merge(forest.sums(run.component), sums_of_run(run.begin, run.end, y, values.row(y)));
-      here.push_back(run);
-    }
-    above.swap(here);
-    tell(done, y + 1);
+void DifferenceRows::full_counts(int rows) {
+  if (rows == counted_) return;
+  counted_ = rows;
+  for (std::size_t i = 0; i < columns_.size(); ++i) {
+    const std::int32_t count = columns_[i] * rows;
+    half_[i] = static_cast<double>(count / 2) + 0.5;
+    inverse_[i] = 1.0 / static_cast<double>(count);
   }
-  return forest.finish();
+}
+
+void DifferenceRows::means(int y) {
+  slide_to(y);
+  const auto left = static_cast<std::size_t>(std::max(0, image_.x0 - (box_.x0 - radius_)));
+  const std::size_t end = left + sums_.size();
+  rows::prefix(sums_.data(), &prefix_[left], sums_.size());
+  std::fill(prefix_.begin() + static_cast<std::ptrdiff_t>(end) + 1, prefix_.end(), prefix_[end]);
+  const std::size_t span = 2 * static_cast<std::size_t>(radius_) + 1;
+  const int rows = bottom_ - top_;
+  if (gone_rows_ == 0) {
+    full_counts(rows);
+    rows::means(prefix_.data(), span, half_.data(), inverse_.data(), mean_.data(), mean_.size());
+    return;
+  }
+  rows::prefix(gone_.data(), &gone_prefix_[left], gone_.size());
+  std::fill(gone_prefix_.begin() + static_cast<std::ptrdiff_t>(end) + 1, gone_prefix_.end(),
+            gone_prefix_[end]);
+  rows::means_of_valid(prefix_.data(), gone_prefix_.data(), span, columns_.data(), rows, mean_.data(),
+                       mean_.size());
+}
+
+void DifferenceRows::next(std::uint8_t* out) {
+  means(y_);
+  const auto inset = static_cast<std::size_t>(box_.x0 - rows_.box().x0);
+  rows::differences(rows_.grey(y_) + inset, mean_.data(), out, mean_.size());
+  ++y_;
+  const std::uint8_t* const gone = missing_of_last();
+  if (gone != nullptr) rows::put_level(gone, out, mean_.size());
+}
+
+const std::uint8_t* DifferenceRows::missing_of_last() {
+  const std::uint8_t* const gone = rows_.missing(y_ - 1);
+  return gone == nullptr ? nullptr : gone + (box_.x0 - rows_.box().x0);
+}
+
+MedianRows::MedianRows(const PixelBox& box, const PixelBox& image, int radius)
+    : box_(box),
+      from_(box.grown(radius, image)),
+      radius_(radius),
+      next_in_(from_.y0),
+      next_out_(box.y0),
+      width_(static_cast<std::size_t>(box.width() + 2 * radius)) {
+  CAIRN_ASSERT(radius >= 0 && radius <= kMostRadius);
+  ring_.resize(width_ * (2 * static_cast<std::size_t>(radius) + 2));
+  counts_.resize(width_);
+  for (auto& each : partial_) each.resize(width_);
+}
+
+const std::uint8_t* MedianRows::row(int y) const {
+  const int inside = std::clamp(y, from_.y0, from_.y1 - 1);
+  return &ring_[static_cast<std::size_t>((inside - from_.y0) % (2 * radius_ + 2)) * width_];
+}
+
+void MedianRows::push(const std::uint8_t* row_in) {
+  auto* const to = const_cast<std::uint8_t*>(row(next_in_));
+  const auto left = static_cast<std::size_t>(from_.x0 - (box_.x0 - radius_));
+  const auto wide = static_cast<std::size_t>(from_.width());
+  std::memset(to, row_in[0], left);
+  std::memcpy(to + left, row_in, wide);
+  std::memset(to + left + wide, row_in[wide - 1], width_ - left - wide);
+  ++next_in_;
+}
+
+bool MedianRows::ready() const {
+  return next_out_ < box_.y1 && next_in_ > std::min(next_out_ + radius_, from_.y1 - 1);
+}
+
+void MedianRows::pop(std::uint8_t* out) {
+  CAIRN_ASSERT(ready());
+  if (!filled_) {
+    for (int i = -radius_; i <= radius_; ++i) rows::add_bytes(counts_.data(), row(next_out_ + i), width_);
+    filled_ = true;
+  } else {
+    rows::add_bytes(counts_.data(), row(next_out_ + radius_), width_);
+    rows::subtract_bytes(counts_.data(), row(next_out_ - radius_ - 1), width_);
+  }
+  rows::majority(counts_.data(), 2 * radius_ + 1, partial_[0].data(), partial_[1].data(), partial_[2].data(),
+                 out, static_cast<std::size_t>(box_.width()));
+  ++next_out_;
 }
 
 }  // namespace cairn::ground

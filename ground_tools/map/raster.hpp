@@ -1,4 +1,4 @@
-/// Orthoimages: pixels as 8-bit grey, what is valid, and where on the ground they lie.
+/// Orthoimages: where their pixels lie on the ground, and small ones whole in memory.
 #pragma once
 
 #include <cmath>
@@ -9,6 +9,7 @@
 
 #include "core/eigen.hpp"
 #include "image/image_view.hpp"
+#include "map/boulder_table.hpp"
 
 namespace cairn::ground {
 
@@ -35,19 +36,17 @@ struct Raster {
   std::vector<std::uint8_t> grey;
   std::vector<std::uint8_t> valid;  ///< 0 = no data; empty where every pixel is valid
   GeoTransform geo;
-  std::string reference_system;  ///< "EPSG:32633" and the like, else a PROJ string, else "local"; ASCII
+  std::string reference_system;  ///< a text as in map/reference_system.hpp
 
   ImageU8 grey_view() const { return packed_view(grey.data(), width, height); }
   ImageU8 valid_view() const { return valid.empty() ? ImageU8{} : packed_view(valid.data(), width, height); }
 };
 
-/// Reads an orthoimage with GDAL. `band` 1 to n takes that band; 0 takes the mean of red, green and blue
-/// where the image has three bands or more, else band 1. 8-bit values are kept; all other types are stretched
-/// linearly, the 0.1 and 99.9 percentiles of the valid pixels becoming 0 and 255. No-data values, masks and
-/// alpha bands become `valid`; so do NaNs.
-///
-/// Throws ToolError: cannot be opened, truncated, no geo-reference, degrees or a unit other than the metre,
-/// band out of range, complex numbers, no valid pixel, one single value throughout.
+/// Reads an orthoimage whole, as raster_source.hpp says. `cairn map build` never does: it goes tile by tile.
 Raster read_orthoimage(const std::filesystem::path& path, int band = 0);
+
+/// The ground that an image covers: the box of its corners.
+MapExtent extent_of(const GeoTransform& geo, int width, int height);
+MapExtent extent_of(const Raster& raster);
 
 }  // namespace cairn::ground

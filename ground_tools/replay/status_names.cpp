@@ -39,10 +39,10 @@ std::string fix_status_name(std::uint8_t value) {
 }
 
 std::string map_status_name(std::uint8_t value) {
-  static const char* const names[] = {"none",       "checking",    "usable",          "no_map",
-                                      "truncated",  "bad_magic",   "unknown_version", "header_crc",
-                                      "bad_header", "payload_crc", "bad_directory",   "bad_boulder",
-                                      "no_boulders"};
+  static const char* const names[] = {"none",        "checking",     "usable",          "no_map",
+                                      "truncated",   "bad_magic",    "unknown_version", "header_crc",
+                                      "bad_header",  "payload_crc",  "bad_directory",   "damaged",
+                                      "no_boulders", "directory_crc"};
   return pick(names, value);
 }
 

@@ -1,5 +1,5 @@
 // The orbital detector on drawn ground: dark discs on sloping brightness, with noise.
-#include "map/detector.hpp"
+#include "map/map_build.hpp"
 
 #include <algorithm>
 

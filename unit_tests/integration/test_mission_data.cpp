@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "integration/replay.hpp"
-#include "map/detector.hpp"
+#include "map/map_build.hpp"
 #include "support/data.hpp"
 
 using namespace cairn;

@@ -6,6 +6,7 @@
 #include "core/random.hpp"
 #include "map/kernels.hpp"
 #include "map/raster.hpp"
+#include "map/whole_image.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
 

@@ -1,0 +1,212 @@
+// cairn map build
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "commands.hpp"
+#include "map/boulder_table.hpp"
+#include "map/cmap_file.hpp"
+#include "map/map_build.hpp"
+#include "map/tile_team.hpp"
+#include "output_file.hpp"
+#include "progress_line.hpp"
+#include "stop_signal.hpp"
+#include "tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Smaller images take a second or two: no partial state for them.
+constexpr std::uint64_t kStateFromPx = 64'000'000;
+
+struct BuildOptions {
+  fs::path ortho;
+  fs::path from_csv;
+  fs::path output;
+  fs::path csv;
+  fs::path state;
+  double min_diameter_m = 0.0;
+  double quantum_m = 0.0;  ///< 0 = from the pixel
+  int band = 0;
+  int tile_px = 0;
+  int threads = 0;
+  std::string method = "otsu";
+  DetectorParams detector;
+};
+
+/// What the map is made of, from an orthoimage or from a table.
+struct Prepared {
+  std::vector<TableBoulder> boulders;
+  MapExtent extent;
+  CmapSource source;
+};
+
+/// Encodes and writes the map, and the table where it is asked for: both or none.
+void write_products(const BuildOptions& options, const Prepared& made, OutputFile& map) {
+  const double quantum_m =
+      options.quantum_m > 0.0 ? options.quantum_m : suitable_quantum_m(made.source.pixel_m);
+  const std::vector<std::uint8_t> bytes = encode_cmap(made.boulders, made.extent, quantum_m, made.source);
+  map.write(bytes);
+  if (!options.csv.empty()) write_file(options.csv, to_csv(made.boulders));
+  map.commit();
+  fmt::print("{}: {} boulders on {:.1f} x {:.1f} m, {} bytes\n", options.output.string(),
+             made.boulders.size(), made.extent.max_x_m - made.extent.min_x_m,
+             made.extent.max_y_m - made.extent.min_y_m, bytes.size());
+}
+
+BuildSettings settings_of(const BuildOptions& options) {
+  BuildSettings settings;
+  settings.tile_px = options.tile_px;
+  settings.threads = options.threads;
+  settings.state = options.state;
+  if (options.state.empty()) {
+    settings.state = options.output.string() + ".part";
+    settings.state_from_px = kStateFromPx;
+  }
+  return settings;
+}
+
+void leave_out_small(Prepared& made, const BuildOptions& options) {
+  if (options.min_diameter_m <= 0.0) return;
+  made.source.parameters += fmt::format(" min_diameter_m={}", options.min_diameter_m);
+  made.boulders.erase(
+      std::remove_if(made.boulders.begin(), made.boulders.end(),
+                     [&](const TableBoulder& b) { return b.diameter_m < options.min_diameter_m; }),
+      made.boulders.end());
+}
+
+void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
+  OutputFile map(options.output);  // first, so that a folder that cannot be written is told before the work
+  const std::unique_ptr<RasterSource> source = open_orthoimage(options.ortho, options.band);
+  const RasterFacts& facts = source->facts();
+  const StopSignal signal;
+  ProgressLine progress(fmt::format("map build {}", options.ortho.filename().string()));
+  BuildSettings settings = settings_of(options);
+  settings.done = [&](double share) { progress.show(share); };
+  settings.stop = [&] { return signal.asked(); };
+  settings.say = [&](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  MapBuild build(*source, options.detector, settings, ranks);
+  Prepared made;
+  made.boulders = build.run();
+  progress.clear();
+  made.extent = extent_of(facts.geo, facts.width, facts.height);
+  made.source = {cmap::Method::kOtsu, facts.geo.pixel_m(), to_text(options.detector), facts.reference_system};
+  leave_out_small(made, options);
+  if (made.boulders.empty()) {
+    build.finished();
+    throw ToolError("{}: no boulder found; try a smaller --min-area, --min-diameter or --threshold-scale",
+                    options.ortho.string());
+  }
+  write_products(options, made, map);
+  build.finished();
+}
+
+void build_from_table(const BuildOptions& options) {
+  OutputFile map(options.output);
+  Prepared made;
+  made.boulders = read_csv(options.from_csv, options.min_diameter_m);
+  if (made.boulders.empty()) {
+    throw ToolError("{}: holds no boulder of {} m or more; lower --min-diameter or give another table",
+                    options.from_csv.string(), options.min_diameter_m);
+  }
+  made.extent = extent_of(made.boulders);
+  made.source.parameters = fmt::format("table min_diameter_m={}", options.min_diameter_m);
+  write_products(options, made, map);
+}
+
+void build(const BuildOptions& options) {
+  const MpiRanks ranks;
+  if (ranks.rank() > 0) {
+    MapBuild::follow([&] { return open_orthoimage(options.ortho, options.band); }, options.detector,
+                     settings_of(options), ranks);
+    return;
+  }
+  const TileLead lead(ranks);
+  if (options.ortho.empty() == options.from_csv.empty()) {
+    throw ToolError("map build: give either an orthoimage or --from-csv TABLE");
+  }
+  if (options.from_csv.empty()) {
+    build_from_image(options, ranks);
+  } else {
+    build_from_table(options);
+  }
+}
+
+}  // namespace
+
+void add_map_build(CLI::App& map) {
+  const auto options = std::make_shared<BuildOptions>();
+  BuildOptions& o = *options;
+  DetectorParams& d = o.detector;
+  CLI::App* build_app =
+      map.add_subcommand("build", "make a flight map from an orthoimage, or from a table of boulders");
+  build_app->add_option(
+      "ORTHO", o.ortho,
+      "orthoimage that GDAL opens, geo-referenced in metres (GeoTIFF, or world file beside it)");
+  build_app->add_option("-o,--output", o.output, "the map to write (.cmap)")->required();
+  build_app->add_option("--csv", o.csv, "write the boulders as a table, too");
+  build_app->add_option(
+      "--from-csv", o.from_csv,
+      "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");
+  build_app->add_option("--min-diameter", o.min_diameter_m, "leave out smaller boulders, m")
+      ->check(CLI::NonNegativeNumber);
+  build_app
+      ->add_option("--quantum", o.quantum_m,
+                   "step of the positions, m (default: a quarter of a pixel or finer, at least 1 mm)")
+      ->check(CLI::PositiveNumber);
+  build_app
+      ->add_option("--band", o.band,
+                   "band to use (default: mean of the first three of three or more, else 1)")
+      ->check(CLI::PositiveNumber);
+  build_app
+      ->add_option("--tile", o.tile_px,
+                   "side of the tiles that the image is cut into, px (default: what suits the file); the map "
+                   "does not depend on it")
+      ->check(CLI::Range(kLeastTilePx, kMostTilePx));
+  build_app->add_option("--threads", o.threads, "threads (default: all cores); the map does not depend on it")
+      ->check(CLI::Range(1, kMostThreads));
+  build_app->add_option(
+      "--state", o.state,
+      "keep what is finished in this file, so that a run that was stopped goes on (default: "
+      "OUTPUT.part for images of 64 Mpixel and more)");
+  const char* detector = "Detector";
+  build_app->add_option("--method", o.method, "otsu: the paper's detector")
+      ->check(CLI::IsMember({"otsu"}))
+      ->capture_default_str()
+      ->group(detector);
+  build_app
+      ->add_option("--background", d.background_m,
+                   "side of the surroundings that a pixel is compared with, m")
+      ->capture_default_str()
+      ->group(detector);
+  build_app->add_option("--block", d.block_m, "side of the blocks of the adaptive threshold, m")
+      ->capture_default_str()
+      ->group(detector);
+  build_app
+      ->add_option("--threshold-scale", d.threshold_scale,
+                   "share of Otsu's threshold; less finds fainter boulders")
+      ->capture_default_str()
+      ->group(detector);
+  build_app
+      ->add_option("--noise-sigmas", d.noise_sigmas,
+                   "least threshold, in standard deviations of the ground's texture")
+      ->capture_default_str()
+      ->group(detector);
+  build_app->add_option("--median", d.median_m, "side of the median filter, m (3 to 15 px)")
+      ->capture_default_str()
+      ->group(detector);
+  build_app->add_option("--min-area", d.min_area_m2, "smallest blob, m2")
+      ->capture_default_str()
+      ->group(detector);
+  build_app->add_option("--min-area-px", d.min_area_px, "smallest blob, pixels")
+      ->capture_default_str()
+      ->group(detector);
+  build_app->callback([options] { build(*options); });
+}
+
+}  // namespace cairn::ground

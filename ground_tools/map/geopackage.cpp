@@ -1,0 +1,159 @@
+#include "map/geopackage.hpp"
+
+#include <cpl_conv.h>
+#include <gdal_priv.h>
+#include <ogrsf_frmts.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "map/reference_system.hpp"
+#include "output_file.hpp"
+#include "quiet_gdal.hpp"
+#include "tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+constexpr const char* kLayer = "boulders";
+
+struct Field {
+  const char* name;
+  const char* title;
+  double TableBoulder::*member;
+  bool zero_is_unknown;
+};
+
+constexpr Field kFields[] = {
+    {"diameter_m", "Diameter of the disc of the same area, m", &TableBoulder::diameter_m, false},
+    {"area_m2", "Area, m2", &TableBoulder::area_m2, false},
+    {"contrast", "Mean darkness below the surroundings, 0 to 1", &TableBoulder::contrast, true},
+    {"elongation", "Longer over shorter axis", &TableBoulder::elongation, false},
+    {"height_m", "Top above the ground around it, m", &TableBoulder::height_m, true},
+    {"confidence", "Probability that a boulder stands here, 0 to 1", &TableBoulder::confidence, false},
+    {"ground_z_m", "Height of the ground, m", &TableBoulder::ground_z_m, false},
+};
+
+/// An option of GDAL for as long as it lives, on this thread.
+class GdalOption {
+ public:
+  GdalOption(const char* key, const char* value) : key_(key) { CPLSetThreadLocalConfigOption(key, value); }
+  ~GdalOption() { CPLSetThreadLocalConfigOption(key_, nullptr); }
+  GdalOption(const GdalOption&) = delete;
+  GdalOption& operator=(const GdalOption&) = delete;
+
+ private:
+  const char* key_;
+};
+
+using Dataset = std::unique_ptr<GDALDataset>;
+
+bool all_on_known_ground(const std::vector<TableBoulder>& boulders) {
+  return !boulders.empty() && std::all_of(boulders.begin(), boulders.end(),
+                                          [](const TableBoulder& b) { return std::isfinite(b.ground_z_m); });
+}
+
+OGRLayer* add_layer(GDALDataset& data, OGRSpatialReference& system, bool with_z) {
+  const char* const options[] = {"SPATIAL_INDEX=YES", "IDENTIFIER=boulders",
+                                 "DESCRIPTION=Boulders, frame map: metres east and north", nullptr};
+  OGRLayer* const layer =
+      data.CreateLayer(kLayer, &system, with_z ? wkbPoint25D : wkbPoint, const_cast<char**>(options));
+  if (layer == nullptr) return nullptr;
+  for (const Field& field : kFields) {
+    OGRFieldDefn definition(field.name, OFTReal);
+    definition.SetAlternativeName(field.title);
+    if (layer->CreateField(&definition) != OGRERR_NONE) return nullptr;
+  }
+  return layer;
+}
+
+bool add_boulders(OGRLayer& layer, const std::vector<TableBoulder>& boulders, bool with_z) {
+  OGRFeature feature(layer.GetLayerDefn());
+  for (const TableBoulder& b : boulders) {
+    feature.SetFID(OGRNullFID);
+    OGRPoint point(b.p_map_m.x(), b.p_map_m.y());
+    if (with_z) point.setZ(b.ground_z_m);
+    feature.SetGeometry(&point);
+    for (int i = 0; i < static_cast<int>(std::size(kFields)); ++i) {
+      const double value = b.*kFields[i].member;
+      if (!std::isfinite(value) || (kFields[i].zero_is_unknown && value == 0.0)) {
+        feature.SetFieldNull(i);
+      } else {
+        feature.SetField(i, value);
+      }
+    }
+    if (layer.CreateFeature(&feature) != OGRERR_NONE) return false;
+  }
+  return true;
+}
+
+/// What is on the disk is what was to be written: SQLite tells of a full disk only as it closes.
+bool reads_back(const std::filesystem::path& file, std::size_t count) {
+  const Dataset data(GDALDataset::Open(file.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
+  OGRLayer* const layer = data == nullptr ? nullptr : data->GetLayerByName(kLayer);
+  return layer != nullptr && layer->GetFeatureCount() == static_cast<GIntBig>(count);
+}
+
+}  // namespace
+
+void write_geopackage(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
+                      const std::string& reference_system) {
+  OGRSpatialReference system = reference_of(reference_system, path.string());
+  OutputByName output(path);
+  const QuietGdal quiet;
+  const GdalOption date("OGR_CURRENT_DATE", "2000-01-01T00:00:00.000Z");
+  const GdalOption statements("OGR_SQLITE_JOURNAL", "MEMORY");
+  const bool with_z = all_on_known_ground(boulders);
+  GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GPKG");
+  if (driver == nullptr) {
+    throw ToolError("{}: this GDAL writes no GeoPackage; install one with SQLite, or ask for CSV",
+                    path.string());
+  }
+  bool good = false;
+  {
+    const Dataset data(driver->Create(output.file().c_str(), 0, 0, 0, GDT_Unknown, nullptr));
+    good = data != nullptr && data->StartTransaction() == OGRERR_NONE;
+    OGRLayer* const layer = good ? add_layer(*data, system, with_z) : nullptr;
+    good = layer != nullptr && add_boulders(*layer, boulders, with_z) && layer->SyncToDisk() == OGRERR_NONE &&
+           data->CommitTransaction() == OGRERR_NONE;
+  }
+  if (!good || quiet.failed() || !reads_back(output.file(), boulders.size())) {
+    throw ToolError("{}: writing failed{}; free some disk space and run again", path.string(),
+                    quiet.reason());
+  }
+  output.commit();
+}
+
+void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
+               const std::string& reference_system) {
+  const auto beside = [&](const char* ending) {
+    return std::filesystem::path(path).replace_extension(ending);
+  };
+  if (std::filesystem::exists(beside(".shp"))) {
+    throw ToolError("{}: {} lies beside it and has its own .prj; choose another name", path.string(),
+                    beside(".shp").filename().string());
+  }
+  std::string wkt;
+  if (!is_local_reference(reference_system)) {
+    char* text = nullptr;
+    reference_of(reference_system, path.string()).exportToWkt(&text);
+    if (text != nullptr) wkt = text;
+    CPLFree(text);
+  }
+  OutputFile table(path);
+  OutputFile types(beside(".csvt"));
+  table.write(to_csv(boulders));
+  types.write("\"CoordX\",\"CoordY\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\"\n");
+  if (wkt.empty()) {
+    std::error_code ignored;
+    if (std::filesystem::exists(path))
+      std::filesystem::remove(beside(".prj"), ignored);  // an earlier table's
+  } else {
+    write_file(beside(".prj"), wkt + "\n");
+  }
+  types.commit();
+  table.commit();
+}
+
+}  // namespace cairn::ground

@@ -1,0 +1,34 @@
+/// Boulder tables for geographic information systems (QGIS and the like): GeoPackage, and CSV with what they
+/// need beside it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "map/boulder_table.hpp"
+
+namespace cairn::ground {
+
+/// Writes a GeoPackage (OGC 12-128, GDAL's driver) with one layer `boulders`, in the order of the table:
+///   geom          point, x east and y north as in the table, to the last bit; with z where ground_z_m of all
+///                 boulders is known
+///   diameter_m, area_m2, contrast, elongation, height_m, confidence, ground_z_m   as in boulder_table.hpp,
+///   NULL
+///                 where unknown
+/// with a spatial index and the reference system (reference_system.hpp). The same table gives the same bytes:
+/// the date that a GeoPackage carries is 2000-01-01.
+///
+/// The file is whole or absent, and one that was there before is replaced. Throws ToolError: folder, disk
+/// full, reference system unknown.
+void write_geopackage(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
+                      const std::string& reference_system);
+
+/// Writes `path` as to_csv has it, and beside it what makes GDAL and QGIS see points in it: `.csvt` (types of
+/// the columns) and, unless the reference system is a local one, `.prj` (the system as WKT), named as `path`
+/// with its ending exchanged. Throws ToolError: folder, disk full, reference system unknown, or the `.prj`
+/// belongs to a shapefile of the same name.
+void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
+               const std::string& reference_system);
+
+}  // namespace cairn::ground

@@ -1,0 +1,89 @@
+/// One boulder and its shadow, fitted to the pixels around a dark spot.
+///
+/// Model: half an ellipsoid on level ground, semi-axes `along` (towards the sun), `across` and height h, lit
+/// by parallel light at elevation e. Seen from above, with a counted away from the sun and b across it, and
+/// w = sqrt(1 - b^2 / across^2), each row b holds
+///     lit body    a from -along w to t w,    t = along^2 / q
+///     dark        a from t w to q w,         q = sqrt(along^2 + (h / tan e)^2)
+///     ground      elsewhere:
+/// the shadow that an ellipsoid casts is an ellipse about the same centre, and its own terminator is one, too
+/// (the points whose normal is square to the light). So the outline from above is fitted by itself, and
+/// height follows from q.
+///
+/// Criterion: what the model explains of the squared departure from the ground's level g,
+///     J = n_dark (g - mean_dark)^2 + body_weight n_lit (mean_lit - g)^2,
+/// both means free (albedos differ from rock to rock, and a dark rock is darker than ground where it is lit),
+/// dark below ground; less priors on shape that decide where the lit body looks like the ground.
+/// Rows are sampled once, in the sun's direction, and summed along: a trial costs a few look-ups per row, so
+/// that thousands of trials can be afforded.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/eigen.hpp"
+#include "image/image_view.hpp"
+
+namespace cairn::ground {
+
+/// The largest half width across the sun that is fitted, pixels of the level.
+inline constexpr double kFitMostAcross_px = 8.0;
+/// The longest shadow, tip from the centre, in half widths.
+inline constexpr double kFitMostReach = 5.0;
+
+struct ShadowFit {
+  double u_px = 0.0;  ///< centre of the outline, pixels of the view
+  double v_px = 0.0;
+  double across_px = 0.0;  ///< semi-axes
+  double along_px = 0.0;
+  double reach_px = 0.0;  ///< q
+  double ground = 0.0;    ///< grey levels
+  double dark = 0.0;
+  double lit = 0.0;
+  double noise = 0.0;      ///< of the ground, standard deviation
+  double explained = 0.0;  ///< J, pixels of the view times squared grey levels
+  // What tells boulders from bands and pits, each as a share of (ground - dark):
+  double beside = 0.0;  ///< darkness beside the shadow, the worse side: bands go on
+  double beyond = 0.0;  ///< darkness beyond its tip
+  double before = 0.0;  ///< darkness on the sun's side of the body
+  double step = 0.0;    ///< brightness lost from the lit side of the terminator to its dark side
+  double spread = 0.0;  ///< standard deviation in the dark
+  bool found = false;
+};
+
+/// Pixels around a spot that a fit looks at, each way.
+int shadow_fit_reach_px(double tan_elevation);
+
+class ShadowFitter {
+ public:
+  /// `away_from_sun`: unit vector in the pixel grid.
+  ShadowFitter(const Vec2& away_from_sun, double tan_elevation);
+
+  /// Fits around (u, v), half widths `least_across_px` to kFitMostAcross_px. Pixels beyond the view and those
+  /// whose `valid` is 0 (no view: all are valid) count as ground; `found` is false where they are many.
+  ShadowFit fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px);
+
+ private:
+  struct Trial {
+    double a, b, across, along, slope;  ///< slope: reach of the shadow on the ground over `along`
+  };
+  struct Sums {
+    double lit_n, lit, dark_n, dark;
+  };
+  bool sample(const ImageU8& grey, const ImageU8& valid, int u, int v);
+  double part(int row, double from, double to) const;
+  Sums sums(const Trial& t) const;
+  double value(const Trial& t) const;
+  void search(double least_across_px, Trial& best, double& most) const;
+  void measure(const Trial& t, ShadowFit& fit) const;
+
+  double sin_, cos_;
+  double tan_elevation_;
+  double most_slope_;
+  int half_rows_, half_columns_;
+  double ground_ = 0.0, noise_ = 0.0, depth_ = 0.0;
+  std::vector<std::int32_t> samples_;  ///< ground minus grey, 1/16
+  std::vector<std::int32_t> sum_;      ///< along rows, exclusive
+};
+
+}  // namespace cairn::ground
