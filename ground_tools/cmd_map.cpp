@@ -220,6 +220,7 @@ void add_map_commands(CLI::App& app) {
   CLI::App* map = app.add_subcommand("map", "prepare and inspect orbital boulder maps");
   map->require_subcommand(1);
   add_build(*map);
+  add_map_uplink(*map);
 
   const auto info_path = std::make_shared<fs::path>();
   CLI::App* info = map->add_subcommand("info", "validate a map and print what it holds");

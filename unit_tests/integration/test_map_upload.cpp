@@ -1,5 +1,6 @@
 // Maps and deltas sent up in telecommands, through the host's hal, while the module goes on.
 #include "core/random.hpp"
+#include "hal/nvm.hpp"
 #include "integration/ground_station.hpp"
 #include "orbital_map/raw_map.hpp"
 
