@@ -170,10 +170,10 @@ profile: ## model cycles of each job on the emulated processor against its budge
 	$(Q)$(call run_image,$(B)/replay.elf) -plugin $(PROFILER),elf=$(B)/replay.elf,timing=platform/$(TARGET)/timing.toml,budget=$(TIME_BUDGET),out=$(B)/profile/run.tsv$(if $(FRAME),$(comma)frame=$(FRAME)) >$(B)/profile/log || { cat $(B)/profile/log; exit 1; }
 	@build/host/cairn profile $(B)/profile/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(B)/profile $(if $(CLOCK_MHZ),--clock $(CLOCK_MHZ))
 
-fuzz: ## fuzz map reader, chunks and deltas with sanitizers (RUNS=10000000 executions each); what it finds is in build/fuzz
+fuzz: ## fuzz map reader, chunks and deltas with sanitizers (RUNS=10000000 executions in all); what it finds is in build/fuzz
 	@$(MAKE) --no-print-directory deps-check
 	@$(MAKE) --no-print-directory -j$(JOBS) $(FUZZERS)
-	@$(foreach f,$(FUZZERS),$(call run_fuzzer,$(f),$(RUNS),20,build/fuzz/found)) echo 'fuzz: no findings'
+	@$(foreach f,$(FUZZERS),$(call run_fuzzer,$(f),$$(($(RUNS) / $(words $(FUZZERS)))),20,build/fuzz/found)) echo 'fuzz: no findings'
 
 size: ## code, constants and static memory of the flight library, by module and part, against their budgets
 	@$(MAKE) --no-print-directory deps-check
@@ -397,7 +397,7 @@ $(FUZZERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(patsubst %.cpp,bu
 define run_fuzzer
 mkdir -p $(4)/$(notdir $(1)); \
 for part in $$(seq $(3)); do \
-  nice env ASAN_OPTIONS=quarantine_size_mb=8:malloc_context_size=2 $(1) -runs=$$(($(2) / $(3))) -seed=$$part -max_len=4096 -timeout=10 -rss_limit_mb=1024 -artifact_prefix=$(4)/$(notdir $(1))- \
+  nice env ASAN_OPTIONS=quarantine_size_mb=8:malloc_context_size=2 $(1) -runs=$$(($(2) / $(3))) -seed=$$part -max_len=1024 -timeout=30 -rss_limit_mb=1024 -artifact_prefix=$(4)/$(notdir $(1))- \
     $(4)/$(notdir $(1)) unit_tests/fuzz/corpus/$(notdir $(1)) >$(4)/$(notdir $(1)).log 2>&1 || \
   { tail -n 40 $(4)/$(notdir $(1)).log; echo 'fuzz: $(notdir $(1)) found a fault; the input is in $(4)'; exit 1; }; \
   printf '%s: %s executions\n' '$(notdir $(1))' $$(($(2) / $(3) * part)); \
