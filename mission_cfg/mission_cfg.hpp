@@ -33,7 +33,7 @@ inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;
 inline constexpr std::size_t kTracksMaxBytes = 256 * kMaxLocalBoulders;
 inline constexpr std::size_t kMapWindowMaxBytes = 32 * kMaxMapWindowBoulders;
 
-inline constexpr std::size_t kTransferMaxBytes = 16 * 1024 + kMaxMapChunks / 8;
+inline constexpr std::size_t kTransferMaxBytes = 4 * 1024 + kMaxMapChunks / 8;
 
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0,
               "image width: even, 64 to 2048");
