@@ -234,6 +234,7 @@ void add_map_commands(CLI::App& app) {
   score_app->add_option("--margin", score->params.margin_m, "rim of the map that does not count, m")
       ->capture_default_str();
   score_app->callback([score] { print_score(*score); });
+  add_map_forecast(*map);
 }
 
 }  // namespace cairn::ground
