@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "campaign/local_maps.hpp"
 #include "campaign/statistics.hpp"
 #include "map/cmap_file.hpp"
 #include "map/detector.hpp"
@@ -108,7 +109,10 @@ void run_trial(Trial& trial, const fs::path& folder, bool keep_ortho,
   options.map = make_map(world, trial.setup.map_pixel_m, folder, keep_ortho, trial.map_boulders,
                          [&](double share) { progress(kMapped * share); });
   std::string csv = kFixColumns;
+  std::string seen = kSeenColumns;
   const auto replay = [&](const char* vo, double from, double to, RunFigures& figures) {
+    SnapshotKeeper keeper(drive);
+    options.watch = [&](const ReplayFrame& frame, const host::Picture&) { keeper.watch(frame); };
     const Replay run =
         run_replay(drive, options, [&](double share) { progress(from + (to - from) * share); });
     const RunErrors errors = errors_of(run);
@@ -119,6 +123,7 @@ void run_trial(Trial& trial, const fs::path& folder, bool keep_ortho,
     const std::vector<JudgedFix> fixes = judge_fixes(run, drive);
     figures = figures_of(errors, fixes);
     csv += to_csv_rows(fixes, vo);
+    seen += to_csv_rows(keeper.snapshots(), vo);
     trial.frames = static_cast<double>(run.frames.size());
     trial.path_m = errors.vo->path_m;
   };
@@ -126,6 +131,7 @@ void run_trial(Trial& trial, const fs::path& folder, bool keep_ortho,
   options.trim = trial.setup.worse();
   replay("worse", kDriven, 1.0, trial.worse);
   write_file(folder / "fixes.csv", csv);
+  write_file(folder / "seen.csv", seen);
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 }
 

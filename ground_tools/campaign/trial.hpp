@@ -8,7 +8,8 @@
 
 namespace cairn::ground {
 
-/// Carries out `trial.setup` and fills the rest. In `folder` it leaves scene.toml, site.cmap and fixes.csv:
+/// Carries out `trial.setup` and fills the rest. In `folder` it leaves scene.toml, site.cmap, fixes.csv and
+/// seen.csv (local_maps.hpp):
 /// `cairn run --scene scene.toml --map site.cmap` does the first replay again. The orthoimage goes once the
 /// map is made, unless `keep_ortho`. A map without a boulder is no fault: all fixes are declined then. Frames
 /// are rendered once and kept in memory for the second replay, about 0.4 MB each. `progress` hears 0 to 1.
