@@ -8,6 +8,7 @@
 #include "campaign/findings.hpp"
 #include "campaign/findings_plot.hpp"
 #include "campaign/reliability.hpp"
+#include "campaign/reliability_plot.hpp"
 #include "campaign/trial.hpp"
 #include "commands.hpp"
 #include "forecast/model_file.hpp"
@@ -85,12 +86,16 @@ void campaign(const CampaignOptions& options) {
   nlohmann::ordered_json summary = findings_json(trials);
   summary["forecast"] = reliability_json(forecasts, model);
   write_file(options.output / "summary.json", summary.dump(2) + "\n");
+  write_file(options.output / "reliability.svg", plot_reliability(forecasts));
   write_file(options.output / "forecast.csv", forecast_csv(forecasts));
   write_file(options.output / "forecast_model.json", model_json(fitted(model, forecasts)).dump(2) + "\n");
   write_file(options.output / "campaign.svg", plot_findings(trials));
   print_findings(trials);
   print_reliability(forecasts, model);
-  fmt::print("\nwritten: {}\n", (options.output / "{trials.csv,summary.json,campaign.svg}").string());
+  fmt::print("\nwritten: {}\n",
+             (options.output /
+              "{trials.csv,summary.json,campaign.svg,forecast.csv,forecast_model.json,reliability.svg}")
+                 .string());
 }
 
 }  // namespace

@@ -99,6 +99,11 @@ void add_model_options(CLI::App* app, ForecastOptions& o) {
       ->capture_default_str()
       ->group(group)
       ->trigger_on_parse();
+  app->add_option("--detect-spread", m.detection.spread,
+                  "how much drives differ in that: standard deviation of the log-odds")
+      ->capture_default_str()
+      ->group(group)
+      ->trigger_on_parse();
   app->add_option("--clutter", m.clutter_per_m2, "ground boulders that are none of the map's, per m2 swept")
       ->capture_default_str()
       ->group(group)

@@ -357,21 +357,25 @@ ForecastModel fitted(const ForecastModel& model, const std::vector<TrialForecast
   ForecastModel fit = model;
   double swept_m2 = 0.0;
   double clutter = 0.0;
-  std::vector<Look> looks;
+  std::vector<std::vector<Look>> looks;
   std::vector<double> pair_m;
   std::vector<double> common_m;
+  bool any = false;
   for (const TrialForecast& t : trials) {
     const DriveEvidence& e = t.evidence;
     swept_m2 += e.swept_m2;
     clutter += static_cast<double>(e.clutter);
-    looks.insert(looks.end(), e.looks.begin(), e.looks.end());
+    looks.push_back(e.looks);
+    any = any || !e.looks.empty();
     pair_m.insert(pair_m.end(), e.pair_m.begin(), e.pair_m.end());
     common_m.insert(common_m.end(), e.common_m.begin(), e.common_m.end());
   }
-  if (looks.empty() || !(swept_m2 > 0.0)) return fit;
+  if (!any || !(swept_m2 > 0.0)) return fit;
   fit.clutter_per_m2 = clutter / swept_m2;
   const double gate_m = model.icp.gate_final_m;
-  for (Look& look : looks) look.by_chance = 1.0 - std::exp(-fit.clutter_per_m2 * kPi * gate_m * gate_m);
+  for (std::vector<Look>& drive : looks) {
+    for (Look& look : drive) look.by_chance = 1.0 - std::exp(-fit.clutter_per_m2 * kPi * gate_m * gate_m);
+  }
   fit.detection = fit_detection(looks).curve;
   fit.sigma_pair_m = robust_sigma(pair_m, model.sigma_pair_m);
   double squares = 0.0;
@@ -407,10 +411,11 @@ void print_reliability(const std::vector<TrialForecast>& trials, const ForecastM
                size.forecast_m, size.observed_m, size.fixes);
   const auto told = [](const char* whose, const ForecastModel& m) {
     fmt::print(
-        "  {:<12} most {:.3f}, half {:.3f} m, power {:.2f}, clutter {:.3f} per m2, pair {:.3f} m, common "
+        "  {:<12} most {:.3f}, half {:.3f} m, power {:.2f}, spread {:.2f}, clutter {:.3f} per m2, pair "
+        "{:.3f} m, common "
         "{:.3f} m\n",
-        whose, m.detection.most, m.detection.half_m, m.detection.power, m.clutter_per_m2, m.sigma_pair_m,
-        m.sigma_common_m);
+        whose, m.detection.most, m.detection.half_m, m.detection.power, m.detection.spread, m.clutter_per_m2,
+        m.sigma_pair_m, m.sigma_common_m);
   };
   told("forecast by", model);
   told("these ask for", fitted(model, trials));

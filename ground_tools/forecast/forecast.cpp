@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 
 #include "app/flight_app.hpp"
 #include "forecast/pair_count.hpp"
@@ -92,41 +94,47 @@ std::vector<TableBoulder> near_drive(const std::vector<TableBoulder>& boulders,
   return near;
 }
 
-/// The pairs that a fix may come to, and what they are worth.
+/// The pairs that a fix may come to in a drive of some shift (forecast/detection.hpp), and what they are
+/// worth.
 class Pairs {
  public:
-  Pairs(const ForecastModel& model, const PathPoint& at) : model_(model), at_m_(at.x_m, at.y_m) {
+  Pairs(const ForecastModel& model, const PathPoint& at, const std::vector<TableBoulder>& footprint,
+        double shift)
+      : model_(model) {
     const double gate_m = model.icp.gate_final_m;
-    by_chance_ = 1.0 - std::exp(-model.clutter_per_m2 * kPi * gate_m * gate_m);
-  }
-
-  void add(const TableBoulder& b) {
-    const double found = std::clamp(b.confidence, 0.0, 1.0) * model_.detection(b.diameter_m);
-    places_m_.push_back(b.p_map_m - at_m_);
-    found_.push_back(found);
-    paired_.push_back(1.0 - (1.0 - found) * (1.0 - by_chance_));
-  }
-
-  void tell(FixStation& station) const {
-    station.boulders = static_cast<int>(found_.size());
-    for (std::size_t i = 0; i < found_.size(); ++i) {
-      station.found += found_[i];
-      station.pairs += paired_[i];
+    const double by_chance = 1.0 - std::exp(-model.clutter_per_m2 * kPi * gate_m * gate_m);
+    for (const TableBoulder& b : footprint) {
+      const double found = std::clamp(b.confidence, 0.0, 1.0) * model.detection(b.diameter_m, shift);
+      places_m_.push_back(b.p_map_m - Vec2(at.x_m, at.y_m));
+      found_.push_back(found);
+      paired_.push_back(1.0 - (1.0 - found) * (1.0 - by_chance));
     }
-    const std::vector<double> right = right_pairs();
+    right_ = given_at_least(paired_, fewest_pairs(model.icp));
+    for (std::size_t i = 0; i < right_.size(); ++i)
+      right_[i] *= paired_[i] > 0.0 ? found_[i] / paired_[i] : 0.0;
+  }
+
+  double found() const { return std::accumulate(found_.begin(), found_.end(), 0.0); }
+  double paired() const { return std::accumulate(paired_.begin(), paired_.end(), 0.0); }
+
+  /// Of the right pairs, expected.
+  double lever_m() const {
     double sum = 0.0;
     Vec2 mean(0.0, 0.0);
-    for (std::size_t i = 0; i < right.size(); ++i) {
-      sum += right[i];
-      mean += right[i] * places_m_[i];
+    for (std::size_t i = 0; i < right_.size(); ++i) {
+      sum += right_[i];
+      mean += right_[i] * places_m_[i];
     }
-    if (!(sum > 0.0)) return;
+    if (!(sum > 0.0)) return 0.0;
     mean /= sum;
     double squares = 0.0;
-    for (std::size_t i = 0; i < right.size(); ++i) squares += right[i] * (places_m_[i] - mean).squaredNorm();
-    station.lever_m = std::sqrt(squares / sum);
-    if (station.lever_m >= model_.icp.min_lever_m)
-      station.enough = at_least(paired_, fewest_pairs(model_.icp));
+    for (std::size_t i = 0; i < right_.size(); ++i)
+      squares += right_[i] * (places_m_[i] - mean).squaredNorm();
+    return std::sqrt(squares / sum);
+  }
+
+  double enough() const {
+    return lever_m() >= model_.icp.min_lever_m ? at_least(paired_, fewest_pairs(model_.icp)) : 0.0;
   }
 
   /// On x, y and yaw, by the right pairs of a fix that is applied.
@@ -134,32 +142,41 @@ class Pairs {
     const double sigma_m = std::max(model_.sigma_pair_m, model_.icp.sigma_pair_m);
     const double kept = 1.0 - model_.icp.trim_fraction;
     const double each = kept / (sigma_m * sigma_m * trimming_loss(model_.icp.trim_fraction));
-    const std::vector<double> right = right_pairs();
     Mat3 sum = Mat3::Zero();
-    for (std::size_t i = 0; i < right.size(); ++i) {
+    for (std::size_t i = 0; i < right_.size(); ++i) {
       const Vec2& d = places_m_[i];
       Mat3 of_one;
       of_one << 1.0, 0.0, -d.y(), 0.0, 1.0, d.x(), -d.y(), d.x(), d.squaredNorm();
-      sum += each * right[i] * of_one;
+      sum += each * right_[i] * of_one;
     }
     return sum;
   }
 
  private:
-  std::vector<double> right_pairs() const {
-    std::vector<double> right = given_at_least(paired_, fewest_pairs(model_.icp));
-    for (std::size_t i = 0; i < right.size(); ++i)
-      right[i] *= paired_[i] > 0.0 ? found_[i] / paired_[i] : 0.0;
-    return right;
-  }
-
   const ForecastModel& model_;
-  Vec2 at_m_;
-  double by_chance_;
   std::vector<Vec2> places_m_;  ///< about the rover, map axes
   std::vector<double> found_;
   std::vector<double> paired_;
+  std::vector<double> right_;  ///< given that the fix is applied
 };
+
+/// Over the drives that there may be. Returns the information of an applied fix.
+Mat3 weigh_pairs(const ForecastModel& model, const std::vector<TableBoulder>& footprint,
+                 FixStation& station) {
+  Mat3 information = Mat3::Zero();
+  for (const ShiftNode& node : kShiftNodes) {
+    const Pairs pairs(model, station.at, footprint, node.shift);
+    const double enough = pairs.enough();
+    station.found += node.weight * pairs.found();
+    station.pairs += node.weight * pairs.paired();
+    station.lever_m += node.weight * pairs.lever_m();
+    station.enough += node.weight * enough;
+    information += node.weight * enough * pairs.information();
+  }
+  station.boulders = static_cast<int>(footprint.size());
+  if (station.enough > 0.0) information /= station.enough;
+  return information;
+}
 
 Mat2 with_common(const Mat5& P, double sigma_common_m) {
   return P.topLeftCorner<2, 2>() + sigma_common_m * sigma_common_m * Mat2::Identity();
@@ -245,18 +262,17 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
     FixStation station;
     station.at = drive[last];
     station.frame = last;
-    Pairs pairs(model, station.at);
-    for (const TableBoulder& b : near) {
-      if (sweep.in_footprint(drive, last, b.p_map_m)) pairs.add(b);
-    }
-    pairs.tell(station);
+    std::vector<TableBoulder> footprint;
+    std::copy_if(near.begin(), near.end(), std::back_inserter(footprint),
+                 [&](const TableBoulder& b) { return sweep.in_footprint(drive, last, b.p_map_m); });
+    const Mat3 information = weigh_pairs(model, footprint, station);
     const Mat5& before = error.covariance();
     station.before = sigma_of(before, station.at.yaw_rad);
     station.caught =
         within_disc(ellipse_of(with_common(before, model.sigma_common_m)), model.icp.gate_start_m);
     station.applied = station.enough * station.caught;
     station.blind = !(station.applied >= model.blind_below);
-    const Mat5 after = station.enough > 0.0 ? error.fixed(pairs.information()) : before;
+    const Mat5 after = station.enough > 0.0 ? error.fixed(information) : before;
     const Ellipse wide = ellipse_of(with_common(after, model.sigma_common_m));
     station.after = sigma_of(after, station.at.yaw_rad);
     station.ellipse = ellipse_of(after.topLeftCorner<2, 2>());

@@ -24,6 +24,7 @@ void visit_detection(ForecastModel& m, const Visit& visit) {
   visit({"most", m.detection.most, 0.001, 1.0});
   visit({"half_m", m.detection.half_m, 0.005, 2.0});
   visit({"power", m.detection.power, 0.5, 20.0});
+  visit({"spread", m.detection.spread, 0.0, 3.0});
 }
 
 void visit_others(ForecastModel& m, const Visit& visit) {

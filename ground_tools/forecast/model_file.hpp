@@ -10,7 +10,7 @@
 
 namespace cairn::ground {
 
-/// {"detection": {"most", "half_m", "power"}, "clutter_per_m2", "sigma_pair_m", "sigma_common_m"}
+/// {"detection": {"most", "half_m", "power", "spread"}, "clutter_per_m2", "sigma_pair_m", "sigma_common_m"}
 nlohmann::ordered_json model_json(const ForecastModel& model);
 
 /// Takes what is in the file into `model`; what is not there stays. Throws ToolError: not JSON, an unknown
