@@ -49,10 +49,17 @@ std::vector<TrialForecast> forecasts_of(const std::vector<Trial>& trials, const 
                                         const ForecastModel& model) {
   ProgressLine progress("forecasts");
   std::vector<TrialForecast> made;
+  double done = 0.0;
   for (const Trial& trial : trials) {
-    const auto one = forecast_trial(model, folder / std::to_string(trial.setup.seed), trial.setup.seed);
-    if (one) made.push_back(*one);
-    progress.show(static_cast<double>(made.size()) / static_cast<double>(trials.size()));
+    const fs::path own = folder / std::to_string(trial.setup.seed);
+    std::vector<fs::path> places{own};
+    for (const int times : kCoarser) places.push_back(own / coarser_name(times));
+    for (const fs::path& place : places) {
+      auto one = forecast_trial(model, place, trial.setup.seed);
+      if (one) made.push_back(std::move(*one));
+    }
+    done += 1.0;
+    progress.show(done / static_cast<double>(trials.size()));
   }
   return made;
 }
@@ -74,7 +81,7 @@ void campaign(const CampaignOptions& options) {
             fmt::print("errors at the end in x, y; fixes right/weak/declined/false\n");
             std::fflush(stdout);
           }
-          run_trial(trial, options.output / std::to_string(trial.setup.seed), options.keep,
+          run_trial(trial, options.output / std::to_string(trial.setup.seed), {options.keep, options.sparse},
                     [&](double share) { progress.show((done + share) / to_do); });
           done += 1.0;
           progress.clear();

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <sstream>
 
 #include "map/cmap_file.hpp"
@@ -100,8 +99,6 @@ std::vector<ForecastFix> fixes_of(const Forecast& made, const WordTable& table, 
   return fixes;
 }
 
-using Snapshots = std::map<std::pair<std::string, std::size_t>, std::vector<Vec2>>;
-
 /// Each local boulder goes to the nearest boulder of the map within the gate, and each of those keeps the
 /// nearest: as the registration pairs them, at the true pose.
 class Pairing {
@@ -136,48 +133,6 @@ class Pairing {
   std::vector<int> of_map_;
   std::vector<std::size_t> alone_;
 };
-
-DriveEvidence evidence_of(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
-                          const std::vector<PathPoint>& drive, const Snapshots& snapshots) {
-  const Sweep sweep(model.rig, model.max_range_m, model.tracks);
-  const double gate_m = model.icp.gate_final_m;
-  DriveEvidence evidence;
-  std::vector<Vec2> residuals_m;
-  std::vector<Vec2> map_m;
-  for (const TableBoulder& b : boulders) map_m.push_back(b.p_map_m);
-  const auto far_from_map = [&](const Vec2& p) {
-    return std::none_of(map_m.begin(), map_m.end(), [&](const Vec2& m) { return (m - p).norm() <= gate_m; });
-  };
-  std::map<std::size_t, double> free_m2;
-  for (const auto& [key, local_m] : snapshots) {
-    const std::size_t last = key.second;
-    if (last >= drive.size()) continue;
-    if (free_m2.find(last) == free_m2.end()) {
-      const std::vector<Vec2> spots = sweep.spots(drive, last, kCell_m);
-      free_m2[last] =
-          kCell_m * kCell_m * static_cast<double>(std::count_if(spots.begin(), spots.end(), far_from_map));
-    }
-    evidence.swept_m2 += free_m2[last];
-    const Pairing pairing(map_m, local_m, gate_m);
-    evidence.clutter += pairing.alone().size();
-    for (std::size_t m = 0; m < map_m.size(); ++m) {
-      if (!sweep.in_footprint(drive, last, map_m[m])) continue;
-      const int local = pairing.local_of(m);
-      evidence.looks.push_back({boulders[m].diameter_m, boulders[m].confidence, 0.0, local >= 0});
-      if (local >= 0) residuals_m.push_back(local_m[static_cast<std::size_t>(local)] - map_m[m]);
-    }
-  }
-  // Medians, since a part of the pairs is by chance.
-  if (residuals_m.size() < 10) return evidence;
-  for (int axis = 0; axis < 2; ++axis) {
-    std::vector<double> along;
-    for (const Vec2& r : residuals_m) along.push_back(r[axis]);
-    const double common_m = median_of(along).value;
-    evidence.common_m.push_back(common_m);
-    for (const double r : along) evidence.pair_m.push_back(r - common_m);
-  }
-  return evidence;
-}
 
 /// The standard deviation of the Gaussian with this median of sizes.
 double robust_sigma(std::vector<double> values, double otherwise) {
@@ -286,10 +241,52 @@ ordered_json json_of(const Reliability& r) {
 
 const char* name_of(FixEvent event) { return event == FixEvent::kApplied ? "applied" : "right"; }
 
+DriveEvidence evidence_of(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
+                          const std::vector<PathPoint>& drive, const LocalMaps& snapshots) {
+  const Sweep sweep(model.rig, model.max_range_m, model.tracks);
+  const double gate_m = model.icp.gate_final_m;
+  DriveEvidence evidence;
+  std::vector<Vec2> residuals_m;
+  std::vector<Vec2> map_m;
+  for (const TableBoulder& b : boulders) map_m.push_back(b.p_map_m);
+  const auto far_from_map = [&](const Vec2& p) {
+    return std::none_of(map_m.begin(), map_m.end(), [&](const Vec2& m) { return (m - p).norm() <= gate_m; });
+  };
+  std::map<std::size_t, double> free_m2;
+  for (const auto& [key, local_m] : snapshots) {
+    const std::size_t last = key.second;
+    if (last >= drive.size()) continue;
+    if (free_m2.find(last) == free_m2.end()) {
+      const std::vector<Vec2> spots = sweep.spots(drive, last, kCell_m);
+      free_m2[last] =
+          kCell_m * kCell_m * static_cast<double>(std::count_if(spots.begin(), spots.end(), far_from_map));
+    }
+    evidence.swept_m2 += free_m2[last];
+    const Pairing pairing(map_m, local_m, gate_m);
+    evidence.clutter += pairing.alone().size();
+    for (std::size_t m = 0; m < map_m.size(); ++m) {
+      if (!sweep.in_footprint(drive, last, map_m[m])) continue;
+      const int local = pairing.local_of(m);
+      evidence.looks.push_back({boulders[m].diameter_m, boulders[m].confidence, 0.0, local >= 0});
+      if (local >= 0) residuals_m.push_back(local_m[static_cast<std::size_t>(local)] - map_m[m]);
+    }
+  }
+  // Medians, since a part of the pairs is by chance.
+  if (residuals_m.size() < 10) return evidence;
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> along;
+    for (const Vec2& r : residuals_m) along.push_back(r[axis]);
+    const double common_m = median_of(along).value;
+    evidence.common_m.push_back(common_m);
+    for (const double r : along) evidence.pair_m.push_back(r - common_m);
+  }
+  return evidence;
+}
+
 std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs::path& folder,
                                             std::uint64_t seed) {
   std::error_code ignored;
-  for (const char* file : {"scene.toml", "site.cmap", "fixes.csv", "seen.csv"}) {
+  for (const char* file : {"scene.toml", "site.cmap", "fixes.csv"}) {
     if (!fs::exists(folder / file, ignored)) return std::nullopt;
   }
   const fs::path map_file = folder / "site.cmap";
@@ -298,7 +295,8 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
   TrialForecast trial;
   const WordTable fixes(folder / "fixes.csv");
   trial.fixes = fixes_of(forecast(model, map.boulders, drive), fixes, seed);
-  Snapshots snapshots;
+  if (!fs::exists(folder / "seen.csv", ignored)) return trial;
+  LocalMaps snapshots;
   for (std::size_t row = 0; row < fixes.size(); ++row) {
     const auto frame = static_cast<std::size_t>(fixes.number(row, "frame"));
     if (frame >= frames_to_apply()) snapshots[{fixes.word(row, "vo"), frame - frames_to_apply()}];

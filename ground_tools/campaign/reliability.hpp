@@ -15,6 +15,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -44,13 +45,20 @@ struct DriveEvidence {
   std::vector<double> common_m;  ///< those means, per axis
 };
 
+/// The places of local boulders as the rover saw them from its true pose (local_maps.hpp), by replay and
+/// frame of the snapshot.
+using LocalMaps = std::map<std::pair<std::string, std::size_t>, std::vector<Vec2>>;
+
+DriveEvidence evidence_of(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
+                          const std::vector<PathPoint>& drive, const LocalMaps& snapshots);
+
 struct TrialForecast {
   std::vector<ForecastFix> fixes;
   DriveEvidence evidence;
 };
 
-/// Of the trial in `folder` (scene.toml, site.cmap, fixes.csv, seen.csv); nothing where one of these is
-/// missing. Throws ToolError where one is damaged.
+/// Of the trial in `folder` (scene.toml, site.cmap, fixes.csv; evidence where there is seen.csv); nothing
+/// where one is missing. Throws ToolError where one is damaged.
 std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const std::filesystem::path& folder,
                                             std::uint64_t seed);
 

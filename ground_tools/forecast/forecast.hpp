@@ -1,26 +1,25 @@
-/// Where along a planned drive fixes will succeed, and how good they will be. A closed model, no images:
-/// doc/DESIGN.md tells it on a page.
+/// Where along a planned drive fixes will succeed, and how good they will be. A closed model, no images; why
+/// it is as it is: doc/DESIGN.md, "The forecast".
 ///
-/// At each fix of the schedule (forecast/sweep.hpp tells which, and what ground its local map covers):
-///   1. Boulder i of the map in the footprint is found with q_i = c_i d(D_i) (forecast/detection.hpp).
-///   Whatever else the
-///      rover takes for a boulder lies within the gate of it with f = 1 - exp(-clutter pi gate^2). It is
-///      paired with p_i = 1 - (1 - q_i) (1 - f).
-///   2. The number of pairs N is Poisson-binomial. The flight module drops its worst share and asks for
-///   min_pairs, so that
-///      the fix is applied where N is at least `least`, and the pairs' lever is long enough; and where the
-///      error before it is within the first gate (probability `caught`), else what it pairs is not what
-///      belongs together.
-///   3. Given that, i is a right pair with w_i = q_i P(N without i >= least - 1) / P(N >= least); they make
-///   the information
-///      matrix of x, y and yaw, as the flight module's own covariance has it (registration/icp.hpp).
-///   4. Errors grow and shrink as in the flight module (localizer/pose_fusion.hpp): x, y, yaw, and the rates
-///   of scale and
-///      turn. What is carried on is the covariance over both outcomes, P(applied) P_applied + P(declined)
-///      P_declined.
-///   5. The fix is right where the pose after it is within `right_within_m` of truth: the Gaussian of its
-///   covariance,
-///      widened by what all boulders of a map have in common (`sigma_common_m`), over that disc.
+/// At each fix of the schedule (forecast/sweep.hpp: when, and what ground its local map covers):
+///
+/// 1. Boulder i of the map in the footprint is found with q_i = c_i d(D_i) (forecast/detection.hpp). Whatever
+///    else the rover takes for a boulder lies within the gate of it with f = 1 - exp(-clutter pi gate^2). So
+///    it is paired with p_i = 1 - (1 - q_i) (1 - f).
+/// 2. The number of pairs N is Poisson-binomial (forecast/pair_count.hpp). The flight module drops its worst
+///    share of them and asks for min_pairs of the rest: there are enough where N >= fewest_pairs(), and where
+///    the right pairs' expected lever is as long as it asks for. The fix is applied where there are enough
+///    and the error before it is within the first gate (`caught`): farther off, pairs are not what belongs
+///    together.
+/// 3. Given that, i is a right pair with w_i = q_i P(N without i >= fewest - 1) / P(N >= fewest). These make
+///    the information matrix of x, y and yaw as in the covariance of registration/icp.hpp.
+/// 4. Errors of x, y, yaw and of the rates of scale and turn grow and shrink as in localizer/pose_fusion.hpp.
+///    What is carried on is the covariance over both outcomes: applied P_after + (1 - applied) P_before.
+/// 5. The fix is right where the pose after it is within `right_within_m` of truth: the Gaussian of P_after,
+///    widened by what all boulders of a map share (`sigma_common_m`), over that disc.
+///
+/// All of 1 to 3 is a mean over the drives that there may be (kShiftNodes).
+///
 /// Not in it: relief that hides boulders, frames that VO or the boulder search lose, wrong constellations
 /// that look right.
 #pragma once

@@ -1,6 +1,5 @@
-/// The parameters of a forecast that drives tell, as JSON: `cairn campaign` writes what its drives ask for,
-/// `cairn map forecast
-/// --model` takes it.
+/// The parameters of a forecast that drives tell, as JSON: `cairn campaign` writes those that its drives ask
+/// for, `cairn map forecast --model` takes them.
 #pragma once
 
 #include <filesystem>

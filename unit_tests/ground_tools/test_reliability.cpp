@@ -153,7 +153,10 @@ void test_a_trial_is_read(void**) {
   assert_non_null(std::strstr(rows.c_str(), "\n7,as_it_is,54,"));
   // What a version before left out, and what is damaged.
   fs::remove(folder / "seen.csv");
+  assert_int_equal(forecast_trial(mission_model(), folder, 7)->evidence.looks.size(), 0);
+  fs::rename(folder / "fixes.csv", folder / "away.csv");
   assert_false(forecast_trial(mission_model(), folder, 7).has_value());
+  fs::rename(folder / "away.csv", folder / "fixes.csv");
   write_file(folder / "seen.csv", "vo,snapshot,x_m,y_m,diameter_m,sightings\nas_it_is,24,1.0\n");
   assert_refused(forecast_trial(mission_model(), folder, 7), "seen.csv:2: is damaged");
   write_file(folder / "seen.csv", "vo,snapshot,x_m,y_m,diameter_m,sightings\nas_it_is,24,a,1,1,1\n");
