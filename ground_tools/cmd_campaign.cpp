@@ -7,8 +7,11 @@
 
 #include "campaign/findings.hpp"
 #include "campaign/findings_plot.hpp"
+#include "campaign/reliability.hpp"
+#include "campaign/reliability_plot.hpp"
 #include "campaign/trial.hpp"
 #include "commands.hpp"
+#include "forecast/model_file.hpp"
 #include "output_file.hpp"
 #include "progress_line.hpp"
 
@@ -22,6 +25,8 @@ struct CampaignOptions {
   std::uint64_t first_seed = kFirstSeed;
   fs::path output;
   bool keep = false;
+  bool sparse = false;
+  fs::path model;  ///< of the forecast
 };
 
 std::string fixes_of(const RunFigures& f) {
@@ -39,30 +44,65 @@ void print_trial(const Trial& t) {
   std::fflush(stdout);
 }
 
+/// What would have been forecast for each trial; those of a version that kept no local maps are left out.
+std::vector<TrialForecast> forecasts_of(const std::vector<Trial>& trials, const fs::path& folder,
+                                        const ForecastModel& model) {
+  ProgressLine progress("forecasts");
+  std::vector<TrialForecast> made;
+  double done = 0.0;
+  for (const Trial& trial : trials) {
+    const fs::path own = folder / std::to_string(trial.setup.seed);
+    std::vector<fs::path> places{own};
+    for (const int times : kCoarser) places.push_back(own / coarser_name(times));
+    for (const fs::path& place : places) {
+      auto one = forecast_trial(model, place, trial.setup.seed);
+      if (one) made.push_back(std::move(*one));
+    }
+    done += 1.0;
+    progress.show(done / static_cast<double>(trials.size()));
+  }
+  return made;
+}
+
 void campaign(const CampaignOptions& options) {
+  ForecastModel model = mission_model();
+  if (!options.model.empty()) read_model(options.model, model);
   std::vector<Trial> trials;
   {
     ProgressLine progress(fmt::format("campaign of {} drives", options.trials));
     double done = 0.0;
-    trials = run_campaign(options.output, options.trials, options.first_seed, [&](Trial& trial) {
-      const std::uint64_t number = trial.setup.seed - options.first_seed;
-      const double to_do = static_cast<double>(options.trials - number) + done;  // of this start
-      if (done == 0.0) {
-        if (number > 0) fmt::print("going on after {} drives that are there\n", number);
-        fmt::print("errors at the end in x, y; fixes right/weak/declined/false\n");
-        std::fflush(stdout);
-      }
-      run_trial(trial, options.output / std::to_string(trial.setup.seed), options.keep,
-                [&](double share) { progress.show((done + share) / to_do); });
-      done += 1.0;
-      progress.clear();
-      print_trial(trial);
-    });
+    trials = run_campaign(
+        options.output, options.trials, options.first_seed,
+        [&](Trial& trial) {
+          const std::uint64_t number = trial.setup.seed - options.first_seed;
+          const double to_do = static_cast<double>(options.trials - number) + done;  // of this start
+          if (done == 0.0) {
+            if (number > 0) fmt::print("going on after {} drives that are there\n", number);
+            fmt::print("errors at the end in x, y; fixes right/weak/declined/false\n");
+            std::fflush(stdout);
+          }
+          run_trial(trial, options.output / std::to_string(trial.setup.seed), {options.keep, options.sparse},
+                    [&](double share) { progress.show((done + share) / to_do); });
+          done += 1.0;
+          progress.clear();
+          print_trial(trial);
+        },
+        options.sparse ? Abundance::kSparse : Abundance::kUsual);
   }
-  write_file(options.output / "summary.json", findings_json(trials).dump(2) + "\n");
+  const std::vector<TrialForecast> forecasts = forecasts_of(trials, options.output, model);
+  nlohmann::ordered_json summary = findings_json(trials);
+  summary["forecast"] = reliability_json(forecasts, model);
+  write_file(options.output / "summary.json", summary.dump(2) + "\n");
+  write_file(options.output / "reliability.svg", plot_reliability(forecasts));
+  write_file(options.output / "forecast.csv", forecast_csv(forecasts));
+  write_file(options.output / "forecast_model.json", model_json(fitted(model, forecasts)).dump(2) + "\n");
   write_file(options.output / "campaign.svg", plot_findings(trials));
   print_findings(trials);
-  fmt::print("\nwritten: {}\n", (options.output / "{trials.csv,summary.json,campaign.svg}").string());
+  print_reliability(forecasts, model);
+  fmt::print("\nwritten: {}\n",
+             (options.output /
+              "{trials.csv,summary.json,campaign.svg,forecast.csv,forecast_model.json,reliability.svg}")
+                 .string());
 }
 
 }  // namespace
@@ -80,6 +120,10 @@ void add_campaign_command(CLI::App& app) {
                    fmt::format("seed of the first drive, the others follow (default {})", kFirstSeed))
       ->check(CLI::Range(0, 1000000000));
   command->add_flag("--keep", options->keep, "keeps the orthoimages, up to 25 MB a drive");
+  command->add_flag("--sparse", options->sparse,
+                    "sparse fields, where fixes begin to fail: rocks' k from 0.02 to 0.032");
+  command->add_option("--model", options->model,
+                      "parameters of the forecast (forecast_model.json of another campaign)");
   command->callback([options] { campaign(*options); });
 }
 

@@ -10,9 +10,12 @@
 
 namespace cairn::ground {
 
-void add_map_info(CLI::App& map);    ///< cairn map info | verify   (cmd_map_info.cpp)
-void add_map_diff(CLI::App& map);    ///< cairn map diff | merge   (cmd_map_diff.cpp)
-void add_map_unpack(CLI::App& map);  ///< cairn map unpack | quicklook   (cmd_map_unpack.cpp)
+void add_map_build(CLI::App& map);     ///< cairn map build   (cmd_map_build.cpp)
+void add_map_info(CLI::App& map);      ///< cairn map info | verify   (cmd_map_info.cpp)
+void add_map_diff(CLI::App& map);      ///< cairn map diff | merge   (cmd_map_diff.cpp)
+void add_map_unpack(CLI::App& map);    ///< cairn map unpack | quicklook   (cmd_map_unpack.cpp)
+void add_map_uplink(CLI::App& map);    ///< cairn map uplink   (cmd_map_uplink.cpp)
+void add_map_forecast(CLI::App& map);  ///< cairn map forecast   (cmd_map_forecast.cpp)
 
 /// A command worked and its answer is no (maps differ, map damaged): exit status 2. 1 is an error, told on
 /// stderr.

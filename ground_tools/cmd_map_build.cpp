@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "commands.hpp"
+#include "cmd_map.hpp"
 #include "map/boulder_table.hpp"
 #include "map/cmap_file.hpp"
 #include "map/geopackage.hpp"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <optional>
 
-#include "commands.hpp"
+#include "cmd_map.hpp"
 #include "map/uplink.hpp"
 #include "output_file.hpp"
 #include "tool_error.hpp"

@@ -6,7 +6,6 @@
 namespace cairn::ground {
 
 void add_map_commands(CLI::App& app);      ///< cairn map ...   (cmd_map.cpp)
-void add_map_uplink(CLI::App& map);        ///< cairn map uplink   (cmd_map_uplink.cpp)
 void add_run_command(CLI::App& app);       ///< cairn run ...   (cmd_run.cpp)
 void add_sim_command(CLI::App& app);       ///< cairn sim   (cmd_sim.cpp)
 void add_table_command(CLI::App& app);     ///< cairn table   (cmd_table.cpp)
@@ -15,8 +14,5 @@ void add_campaign_command(CLI::App& app);  ///< cairn campaign   (cmd_campaign.c
 void add_tape_command(CLI::App& app);      ///< cairn tape   (cmd_tape.cpp)
 void add_bench_command(CLI::App& app);     ///< cairn bench   (cmd_bench.cpp)
 void add_profile_command(CLI::App& app);   ///< cairn profile   (cmd_profile.cpp)
-
-// The larger sub-commands of `cairn map`.
-void add_map_build(CLI::App& map);  ///< cairn map build   (cmd_map_build.cpp)
 
 }  // namespace cairn::ground

@@ -38,7 +38,7 @@ class Numbers {
   sim::Draw draw_;
 };
 
-void draw_ground(Numbers& n, sim::Scene& s) {
+void draw_ground(Numbers& n, Abundance abundance, sim::Scene& s) {
   s.site.relief_rms_m = n.in(0.05, 0.4);
   s.site.relief_wavelength_m = n.in(20.0, 40.0);
   s.site.ripple_height_m = n.in(0.0, 0.025);
@@ -47,7 +47,7 @@ void draw_ground(Numbers& n, sim::Scene& s) {
   s.site.texture_contrast = n.in(0.04, 0.12);
   s.site.patch_contrast = n.in(0.05, 0.25);
   s.site.patch_size_m = n.in(1.0, 4.0);
-  s.rocks.k = n.in(0.03, 0.15);
+  s.rocks.k = abundance == Abundance::kSparse ? n.in(0.02, 0.032) : n.in(0.03, 0.15);
   s.rocks.burial = n.in(0.15, 0.5);
   s.rocks.albedo_spread = n.in(0.2, 0.6);
 }
@@ -123,7 +123,7 @@ void fit_site(sim::Scene& s) {
 
 }  // namespace
 
-Setup draw_setup(std::uint64_t seed) {
+Setup draw_setup(std::uint64_t seed, Abundance abundance) {
   const std::string rig = cfg::kMission.name;
   if (rig != "paper" && rig != "mast") {
     throw ToolError("campaign: the simulator has no rig for mission '{}'; build with MISSION=paper or mast",
@@ -134,7 +134,7 @@ Setup draw_setup(std::uint64_t seed) {
   setup.scene = sim::load_scene({}, {"rig.name=" + rig});
   setup.scene.seed = seed;
   Numbers n(seed);
-  draw_ground(n, setup.scene);
+  draw_ground(n, abundance, setup.scene);
   draw_light_and_camera(n, setup.scene);
   setup.worse_scale = n.in(0.97, 1.03);
   setup.worse_yaw_deg_per_m = n.in(-0.1, 0.1);

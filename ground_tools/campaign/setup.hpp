@@ -18,6 +18,13 @@ namespace cairn::ground {
 inline constexpr std::uint64_t kFirstSeed = 1000;
 inline constexpr std::array<double, 4> kMapPixels_m = {0.005, 0.010, 0.020, 0.050};
 
+/// How many rocks there are. Sparse ones are for the forecast (campaign/reliability.hpp): k is drawn where
+/// fixes begin to fail, all else as usual.
+enum class Abundance : std::uint8_t {
+  kUsual,   ///< k 0.03 to 0.15
+  kSparse,  ///< k 0.02 to 0.032
+};
+
 struct Setup {
   std::uint64_t seed = kFirstSeed;
   sim::Scene scene;
@@ -31,6 +38,6 @@ struct Setup {
 /// Pure: the same seed gives the same trial. The scene is valid (load_scene takes its TOML) and lies around
 /// the origin, just large enough for about 20 m of way with 4 m on each side. The rig is that of the mission;
 /// throws ToolError where the simulator has none for it.
-Setup draw_setup(std::uint64_t seed);
+Setup draw_setup(std::uint64_t seed, Abundance abundance = Abundance::kUsual);
 
 }  // namespace cairn::ground

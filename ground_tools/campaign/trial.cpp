@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "campaign/local_maps.hpp"
 #include "campaign/statistics.hpp"
 #include "map/cmap_file.hpp"
 #include "map/map_build.hpp"
@@ -50,22 +51,49 @@ void remove_orthoimages(const fs::path& folder) {
   }
 }
 
-/// The paper's detector on an orthoimage of the site; the map's bytes.
-std::vector<std::uint8_t> make_map(const sim::World& world, double pixel_m, const fs::path& folder,
-                                   bool keep_ortho, double& boulders, const ShareDone& progress) {
-  const fs::path path = folder / sim::ortho_name(pixel_m);
-  sim::write_orthoimages(world, {{path, pixel_m}}, [&](double share) { progress(0.8 * share); });
+/// A map of the trial, and the folder that tells of it.
+struct TrialMap {
+  fs::path folder;
+  double pixel_m = 0.0;
+  std::vector<std::uint8_t> bytes;
+  double boulders = 0.0;
+};
+
+/// The trial's own map first.
+std::vector<TrialMap> maps_of(const Trial& trial, const fs::path& folder, bool coarser) {
+  std::vector<TrialMap> maps(1);
+  maps[0].folder = folder;
+  maps[0].pixel_m = trial.setup.map_pixel_m;
+  if (!coarser) return maps;
+  for (const int times : kCoarser) {
+    const double pixel_m = times * trial.setup.map_pixel_m;
+    if (pixel_m > kCoarsest_m) break;
+    TrialMap map;
+    map.folder = folder / coarser_name(times);
+    map.pixel_m = pixel_m;
+    maps.push_back(map);
+  }
+  return maps;
+}
+
+/// The paper's detector on orthoimages of the site.
+void make_maps(const sim::World& world, const fs::path& folder, bool keep_ortho, std::vector<TrialMap>& maps,
+               const ShareDone& progress) {
+  std::vector<sim::OrthoProduct> products;
+  for (const TrialMap& map : maps) products.push_back({folder / sim::ortho_name(map.pixel_m), map.pixel_m});
+  sim::write_orthoimages(world, products, [&](double share) { progress(0.8 * share); });
   const DetectorParams params;
-  const Raster raster = read_orthoimage(path);
-  const std::vector<TableBoulder> found =
-      detect_boulders(raster, params, [&](double share) { progress(0.8 + 0.2 * share); });
-  boulders = static_cast<double>(found.size());
-  std::vector<std::uint8_t> map =
-      encode_cmap(found, extent_of(raster), suitable_quantum_m(pixel_m),
-                  {cmap::Method::kOtsu, pixel_m, to_text(params), raster.reference_system});
-  write_file(folder / "site.cmap", {reinterpret_cast<const char*>(map.data()), map.size()});
+  for (TrialMap& map : maps) {
+    const Raster raster = read_orthoimage(folder / sim::ortho_name(map.pixel_m));
+    const std::vector<TableBoulder> found = detect_boulders(raster, params, [](double) {});
+    map.boulders = static_cast<double>(found.size());
+    map.bytes = encode_cmap(found, extent_of(raster), suitable_quantum_m(map.pixel_m),
+                            {cmap::Method::kOtsu, map.pixel_m, to_text(params), raster.reference_system});
+    make_folder(map.folder);
+    write_file(map.folder / "site.cmap", {reinterpret_cast<const char*>(map.bytes.data()), map.bytes.size()});
+  }
+  progress(1.0);
   if (!keep_ortho) remove_orthoimages(folder);
-  return map;
 }
 
 RunFigures figures_of(const RunErrors& errors, const std::vector<JudgedFix>& fixes) {
@@ -89,9 +117,41 @@ RunFigures figures_of(const RunErrors& errors, const std::vector<JudgedFix>& fix
   return f;
 }
 
+/// Both replays with a map; fills the trial's figures and writes the map's folder.
+void replay_over(const Drive& drive, const TrialMap& map, Trial& trial, const ShareDone& progress,
+                 const std::function<void()>& next) {
+  ReplayOptions options;
+  options.map = map.bytes;
+  std::string csv = kFixColumns;
+  std::string seen = kSeenColumns;
+  const auto replay = [&](const char* vo, RunFigures& figures) {
+    SnapshotKeeper keeper(drive);
+    options.watch = [&](const ReplayFrame& frame, const host::Picture&) { keeper.watch(frame); };
+    const Replay run = run_replay(drive, options, progress);
+    const RunErrors errors = errors_of(run);
+    if (!errors.vo || !errors.corrected) {
+      throw ToolError("{}: the flight module reported no pose; see whether cairn run takes this scene",
+                      drive.name());
+    }
+    const std::vector<JudgedFix> fixes = judge_fixes(run, drive);
+    figures = figures_of(errors, fixes);
+    csv += to_csv_rows(fixes, vo);
+    seen += to_csv_rows(keeper.snapshots(), vo);
+    trial.frames = static_cast<double>(run.frames.size());
+    trial.path_m = errors.vo->path_m;
+    next();
+  };
+  replay("as_it_is", trial.as_it_is);
+  options.trim = trial.setup.worse();
+  replay("worse", trial.worse);
+  write_file(map.folder / "scene.toml", sim::to_toml(trial.setup.scene));
+  write_file(map.folder / "fixes.csv", csv);
+  write_file(map.folder / "seen.csv", seen);
+}
+
 }  // namespace
 
-void run_trial(Trial& trial, const fs::path& folder, bool keep_ortho,
+void run_trial(Trial& trial, const fs::path& folder, const TrialOptions& wanted,
                const std::function<void(double)>& progress) {
   const auto begun = std::chrono::steady_clock::now();
   make_folder(folder);
@@ -101,31 +161,25 @@ void run_trial(Trial& trial, const fs::path& folder, bool keep_ortho,
   const sim::World world(sim::load_scene(scene_file));
   const KeptDrive drive(world, scene_file.string());
 
-  // Shares of the time, as measured.
+  // Shares of the time, as measured: maps, the first replay with the rendering, and all others.
   constexpr double kMapped = 0.3;
-  constexpr double kDriven = 0.8;
-  ReplayOptions options;
-  options.map = make_map(world, trial.setup.map_pixel_m, folder, keep_ortho, trial.map_boulders,
-                         [&](double share) { progress(kMapped * share); });
-  std::string csv = kFixColumns;
-  const auto replay = [&](const char* vo, double from, double to, RunFigures& figures) {
-    const Replay run =
-        run_replay(drive, options, [&](double share) { progress(from + (to - from) * share); });
-    const RunErrors errors = errors_of(run);
-    if (!errors.vo || !errors.corrected) {
-      throw ToolError("{}: the flight module reported no pose; see whether cairn run takes this scene",
-                      scene_file.string());
-    }
-    const std::vector<JudgedFix> fixes = judge_fixes(run, drive);
-    figures = figures_of(errors, fixes);
-    csv += to_csv_rows(fixes, vo);
-    trial.frames = static_cast<double>(run.frames.size());
-    trial.path_m = errors.vo->path_m;
-  };
-  replay("as_it_is", kMapped, kDriven, trial.as_it_is);
-  options.trim = trial.setup.worse();
-  replay("worse", kDriven, 1.0, trial.worse);
-  write_file(folder / "fixes.csv", csv);
+  constexpr double kDriven = 0.9;
+  std::vector<TrialMap> maps = maps_of(trial, folder, wanted.coarser_maps);
+  make_maps(world, folder, wanted.keep_ortho, maps, [&](double share) { progress(kMapped * share); });
+  trial.map_boulders = maps[0].boulders;
+  double from = kMapped;
+  double to = kDriven;
+  const double each = (1.0 - kDriven) / static_cast<double>(2 * maps.size() - 1);
+  for (const TrialMap& map : maps) {
+    Trial of_map = trial;
+    replay_over(
+        drive, map, of_map, [&](double share) { progress(from + (to - from) * share); },
+        [&] {
+          from = to;
+          to += each;
+        });
+    if (&map == &maps[0]) trial = of_map;
+  }
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 }
 

@@ -112,7 +112,7 @@ std::string to_csv(const std::vector<Trial>& trials) {
   return text;
 }
 
-std::vector<Trial> read_trials(const fs::path& path, std::uint64_t first_seed) {
+std::vector<Trial> read_trials(const fs::path& path, std::uint64_t first_seed, Abundance abundance) {
   const std::vector<std::uint8_t> bytes = read_file(path);
   const std::string text(bytes.begin(), bytes.end());
   const std::string mend = "give another folder, or remove this file to begin anew";
@@ -128,7 +128,7 @@ std::vector<Trial> read_trials(const fs::path& path, std::uint64_t first_seed) {
       continue;
     }
     Trial trial;
-    trial.setup = draw_setup(first_seed + trials.size());
+    trial.setup = draw_setup(first_seed + trials.size(), abundance);
     const std::string head = drawn(trial.setup);
     if (words.compare(0, head.size(), head) != 0) {
       throw ToolError(
@@ -145,17 +145,18 @@ std::vector<Trial> read_trials(const fs::path& path, std::uint64_t first_seed) {
 }
 
 std::vector<Trial> run_campaign(const fs::path& folder, std::size_t trials, std::uint64_t first_seed,
-                                const RunTrial& run) {
-  static_cast<void>(draw_setup(first_seed));  // a mission without a rig is told before anything is written
+                                const RunTrial& run, Abundance abundance) {
+  static_cast<void>(
+      draw_setup(first_seed, abundance));  // a mission without a rig is told before anything is written
   make_folder(folder);
   const fs::path file = folder / "trials.csv";
   std::error_code ignored;
   std::vector<Trial> done;
-  if (fs::exists(file, ignored)) done = read_trials(file, first_seed);
+  if (fs::exists(file, ignored)) done = read_trials(file, first_seed, abundance);
   write_file(file, to_csv(done));  // so that a folder that cannot be written is told before the work
   while (done.size() < trials) {
     Trial trial;
-    trial.setup = draw_setup(first_seed + done.size());
+    trial.setup = draw_setup(first_seed + done.size(), abundance);
     run(trial);
     done.push_back(trial);
     write_file(file, to_csv(done));

@@ -43,7 +43,8 @@ std::string to_csv(const std::vector<Trial>& trials);
 
 /// Throws ToolError (file, line, mend) where a line is damaged, or not the next trial of the campaign that
 /// begins at `first_seed`.
-std::vector<Trial> read_trials(const std::filesystem::path& path, std::uint64_t first_seed);
+std::vector<Trial> read_trials(const std::filesystem::path& path, std::uint64_t first_seed,
+                               Abundance abundance = Abundance::kUsual);
 
 /// Fills what a trial is to find out.
 using RunTrial = std::function<void(Trial& trial)>;
@@ -53,6 +54,7 @@ using RunTrial = std::function<void(Trial& trial)>;
 /// are all kept. Throws ToolError where the folder cannot be written (before the first trial) or its file is
 /// not this campaign's.
 std::vector<Trial> run_campaign(const std::filesystem::path& folder, std::size_t trials,
-                                std::uint64_t first_seed, const RunTrial& run);
+                                std::uint64_t first_seed, const RunTrial& run,
+                                Abundance abundance = Abundance::kUsual);
 
 }  // namespace cairn::ground

@@ -1,0 +1,447 @@
+#include "campaign/reliability.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "map/cmap_file.hpp"
+#include "output_file.hpp"
+#include "schedule.hpp"
+#include "sim/hash_random.hpp"
+#include "tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+constexpr double kCell_m = 0.1;  // of the swept ground
+constexpr int kBins = 10;
+constexpr int kResamples = 1000;
+
+/// A CSV table of words under a line of names.
+class WordTable {
+ public:
+  explicit WordTable(const fs::path& path) : path_(path) {
+    const std::vector<std::uint8_t> bytes = read_file(path);
+    std::istringstream lines(std::string(bytes.begin(), bytes.end()));
+    std::string line;
+    while (std::getline(lines, line)) {
+      std::vector<std::string> words;
+      std::istringstream fields(line);
+      std::string word;
+      while (std::getline(fields, word, ',')) words.push_back(word);
+      if (names_.empty()) {
+        names_ = words;
+      } else if (words.size() == names_.size()) {
+        rows_.push_back(words);
+      } else {
+        throw ToolError(
+            "{}:{}: is damaged; remove the trial's folder and its line in trials.csv, and run again",
+            path.string(), rows_.size() + 2);
+      }
+    }
+  }
+
+  std::size_t size() const { return rows_.size(); }
+  const std::string& word(std::size_t row, const char* name) const {
+    const auto at = std::find(names_.begin(), names_.end(), name);
+    if (at == names_.end())
+      throw ToolError("{}: has no column '{}'; run the trial again", path_.string(), name);
+    return rows_[row][static_cast<std::size_t>(at - names_.begin())];
+  }
+  double number(std::size_t row, const char* name) const {
+    try {
+      return std::stod(word(row, name));
+    } catch (const std::exception&) {
+      throw ToolError("{}:{}: '{}' is no number; run the trial again", path_.string(), row + 2,
+                      word(row, name));
+    }
+  }
+
+ private:
+  fs::path path_;
+  std::vector<std::string> names_;
+  std::vector<std::vector<std::string>> rows_;
+};
+
+/// Frames from the snapshot of a fix to its correction.
+std::size_t frames_to_apply() {
+  int begin = 0;
+  int apply = 0;
+  for (const cfg::ScheduleRow& row : cfg::kSchedule) {
+    if (row.task == cfg::Task::kFixBegin) begin = row.first_minor;
+    if (row.task == cfg::Task::kFixApply) apply = row.first_minor;
+  }
+  return static_cast<std::size_t>(apply - begin);
+}
+
+std::vector<ForecastFix> fixes_of(const Forecast& made, const WordTable& table, std::uint64_t seed) {
+  std::map<std::size_t, const FixStation*> stations;
+  for (const FixStation& s : made.stations) stations[s.frame + frames_to_apply()] = &s;
+  std::vector<ForecastFix> fixes;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    const auto at = stations.find(static_cast<std::size_t>(table.number(row, "frame")));
+    if (at == stations.end()) continue;
+    ForecastFix fix;
+    fix.seed = seed;
+    fix.vo = table.word(row, "vo");
+    fix.forecast = *at->second;
+    fix.applied = table.word(row, "status") == "applied";
+    fix.after_m = table.number(row, "after_m");
+    fix.verdict = judge_fix(fix.applied, table.number(row, "before_m"), fix.after_m);
+    fixes.push_back(fix);
+  }
+  return fixes;
+}
+
+/// Each local boulder goes to the nearest boulder of the map within the gate, and each of those keeps the
+/// nearest: as the registration pairs them, at the true pose.
+class Pairing {
+ public:
+  Pairing(const std::vector<Vec2>& map_m, const std::vector<Vec2>& local_m, double gate_m)
+      : of_map_(map_m.size(), -1) {
+    for (std::size_t l = 0; l < local_m.size(); ++l) {
+      int nearest = -1;
+      double best = gate_m;
+      for (std::size_t m = 0; m < map_m.size(); ++m) {
+        const double distance = (map_m[m] - local_m[l]).norm();
+        if (distance > best) continue;
+        best = distance;
+        nearest = static_cast<int>(m);
+      }
+      if (nearest < 0) {
+        alone_.push_back(l);
+        continue;
+      }
+      int& kept = of_map_[static_cast<std::size_t>(nearest)];
+      const auto far = [&](int k) {
+        return (local_m[static_cast<std::size_t>(k)] - map_m[static_cast<std::size_t>(nearest)]).norm();
+      };
+      if (kept < 0 || best < far(kept)) kept = static_cast<int>(l);
+    }
+  }
+
+  int local_of(std::size_t map) const { return of_map_[map]; }  ///< -1: none
+  const std::vector<std::size_t>& alone() const { return alone_; }
+
+ private:
+  std::vector<int> of_map_;
+  std::vector<std::size_t> alone_;
+};
+
+/// The standard deviation of the Gaussian with this median of sizes.
+double robust_sigma(std::vector<double> values, double otherwise) {
+  if (values.empty()) return otherwise;
+  for (double& v : values) v = std::fabs(v);
+  return median_of(values).value / 0.67448975;
+}
+
+bool happened(const ForecastFix& fix, FixEvent event) {
+  return event == FixEvent::kApplied ? fix.applied : fix.verdict == FixVerdict::kRight;
+}
+double forecast_of(const ForecastFix& fix, FixEvent event) {
+  return event == FixEvent::kApplied ? fix.forecast.applied : fix.forecast.right;
+}
+
+/// Sums of one trial, for drawing trials anew.
+struct Sums {
+  double n = 0.0;
+  double hits = 0.0;
+  double squares = 0.0;
+
+  void add(const Sums& s) {
+    n += s.n;
+    hits += s.hits;
+    squares += s.squares;
+  }
+  double base() const { return hits / n * (1.0 - hits / n); }
+  double skill() const { return 1.0 - squares / n / base(); }
+};
+
+Interval skill_interval(const std::map<std::uint64_t, Sums>& by_trial) {
+  std::vector<Sums> trials;
+  for (const auto& [seed, sums] : by_trial) trials.push_back(sums);
+  sim::Draw draw(0, sim::Stream::kCampaign);
+  std::vector<double> skills;
+  for (int i = 0; i < kResamples; ++i) {
+    Sums all;
+    for (std::size_t k = 0; k < trials.size(); ++k) {
+      const auto at = static_cast<std::size_t>(draw.uniform() * static_cast<double>(trials.size()));
+      all.add(trials[std::min(at, trials.size() - 1)]);
+    }
+    if (all.base() > 0.0) skills.push_back(all.skill());
+  }
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  if (skills.empty()) return {kNone, kNone};
+  std::sort(skills.begin(), skills.end());
+  const auto at = [&](double share) {
+    return skills[static_cast<std::size_t>(share * static_cast<double>(skills.size() - 1))];
+  };
+  return {at(0.025), at(0.975)};
+}
+
+std::vector<ForecastFix> all_fixes(const std::vector<TrialForecast>& trials) {
+  std::vector<ForecastFix> all;
+  for (const TrialForecast& t : trials) all.insert(all.end(), t.fixes.begin(), t.fixes.end());
+  return all;
+}
+
+/// Root mean square of the errors after fixes that were applied, and what was forecast of it.
+struct ErrorSize {
+  double observed_m = 0.0;
+  double forecast_m = 0.0;
+  std::size_t fixes = 0;
+};
+
+ErrorSize error_size(const std::vector<ForecastFix>& fixes, const ForecastModel& model) {
+  ErrorSize size;
+  for (const ForecastFix& f : fixes) {
+    if (!f.applied) continue;
+    const FixStation& s = f.forecast;
+    ++size.fixes;
+    size.observed_m += f.after_m * f.after_m;
+    size.forecast_m += s.after.along_m * s.after.along_m + s.after.across_m * s.after.across_m +
+                       2.0 * model.sigma_common_m * model.sigma_common_m;
+  }
+  if (size.fixes == 0) return size;
+  const auto n = static_cast<double>(size.fixes);
+  return {std::sqrt(size.observed_m / n), std::sqrt(size.forecast_m / n), size.fixes};
+}
+
+ordered_json json_of(const Reliability& r) {
+  ordered_json json = {{"fixes", r.fixes},
+                       {"forecast_mean", r.forecast},
+                       {"observed", r.observed.value()},
+                       {"brier", r.brier},
+                       {"brier_of_base_rate", r.base_brier}};
+  json["skill"] =
+      std::isnan(r.skill)
+          ? ordered_json(nullptr)
+          : ordered_json{{"value", r.skill}, {"low", r.skill_interval.low}, {"high", r.skill_interval.high}};
+  json["bins"] = ordered_json::array();
+  for (const ReliabilityBin& b : r.bins) {
+    json["bins"].push_back({{"from", b.low},
+                            {"to", b.high},
+                            {"forecast", b.forecast},
+                            {"observed", b.observed.value()},
+                            {"low", b.observed.interval().low},
+                            {"high", b.observed.interval().high},
+                            {"hits", b.observed.hits},
+                            {"fixes", b.observed.of}});
+  }
+  return json;
+}
+
+}  // namespace
+
+const char* name_of(FixEvent event) { return event == FixEvent::kApplied ? "applied" : "right"; }
+
+DriveEvidence evidence_of(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
+                          const std::vector<PathPoint>& drive, const LocalMaps& snapshots) {
+  const Sweep sweep(model.rig, model.max_range_m, model.tracks);
+  const double gate_m = model.icp.gate_final_m;
+  DriveEvidence evidence;
+  std::vector<Vec2> residuals_m;
+  std::vector<Vec2> map_m;
+  for (const TableBoulder& b : boulders) map_m.push_back(b.p_map_m);
+  const auto far_from_map = [&](const Vec2& p) {
+    return std::none_of(map_m.begin(), map_m.end(), [&](const Vec2& m) { return (m - p).norm() <= gate_m; });
+  };
+  std::map<std::size_t, double> free_m2;
+  for (const auto& [key, local_m] : snapshots) {
+    const std::size_t last = key.second;
+    if (last >= drive.size()) continue;
+    if (free_m2.find(last) == free_m2.end()) {
+      const std::vector<Vec2> spots = sweep.spots(drive, last, kCell_m);
+      free_m2[last] =
+          kCell_m * kCell_m * static_cast<double>(std::count_if(spots.begin(), spots.end(), far_from_map));
+    }
+    evidence.swept_m2 += free_m2[last];
+    const Pairing pairing(map_m, local_m, gate_m);
+    evidence.clutter += pairing.alone().size();
+    for (std::size_t m = 0; m < map_m.size(); ++m) {
+      if (!sweep.in_footprint(drive, last, map_m[m])) continue;
+      const int local = pairing.local_of(m);
+      evidence.looks.push_back({boulders[m].diameter_m, boulders[m].confidence, 0.0, local >= 0});
+      if (local >= 0) residuals_m.push_back(local_m[static_cast<std::size_t>(local)] - map_m[m]);
+    }
+  }
+  // Medians, since a part of the pairs is by chance.
+  if (residuals_m.size() < 10) return evidence;
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> along;
+    for (const Vec2& r : residuals_m) along.push_back(r[axis]);
+    const double common_m = median_of(along).value;
+    evidence.common_m.push_back(common_m);
+    for (const double r : along) evidence.pair_m.push_back(r - common_m);
+  }
+  return evidence;
+}
+
+std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs::path& folder,
+                                            std::uint64_t seed) {
+  std::error_code ignored;
+  for (const char* file : {"scene.toml", "site.cmap", "fixes.csv"}) {
+    if (!fs::exists(folder / file, ignored)) return std::nullopt;
+  }
+  const fs::path map_file = folder / "site.cmap";
+  const CmapContent map = decode_cmap(read_file(map_file), map_file.string());
+  const std::vector<PathPoint> drive = sim::plan(sim::load_scene(folder / "scene.toml"));
+  TrialForecast trial;
+  const WordTable fixes(folder / "fixes.csv");
+  trial.fixes = fixes_of(forecast(model, map.boulders, drive), fixes, seed);
+  if (!fs::exists(folder / "seen.csv", ignored)) return trial;
+  LocalMaps snapshots;
+  for (std::size_t row = 0; row < fixes.size(); ++row) {
+    const auto frame = static_cast<std::size_t>(fixes.number(row, "frame"));
+    if (frame >= frames_to_apply()) snapshots[{fixes.word(row, "vo"), frame - frames_to_apply()}];
+  }
+  const WordTable seen(folder / "seen.csv");
+  for (std::size_t row = 0; row < seen.size(); ++row) {
+    const auto at = static_cast<std::size_t>(seen.number(row, "snapshot"));
+    snapshots[{seen.word(row, "vo"), at}].emplace_back(seen.number(row, "x_m"), seen.number(row, "y_m"));
+  }
+  trial.evidence = evidence_of(model, map.boulders, drive, snapshots);
+  return trial;
+}
+
+Reliability reliability_of(const std::vector<ForecastFix>& fixes, FixEvent event) {
+  Reliability r;
+  r.fixes = fixes.size();
+  r.observed.of = fixes.size();
+  std::array<ReliabilityBin, kBins> bins;
+  for (int b = 0; b < kBins; ++b) {
+    bins[static_cast<std::size_t>(b)].low = static_cast<double>(b) / kBins;
+    bins[static_cast<std::size_t>(b)].high = static_cast<double>(b + 1) / kBins;
+  }
+  std::map<std::uint64_t, Sums> by_trial;
+  for (const ForecastFix& fix : fixes) {
+    const double forecast = forecast_of(fix, event);
+    const double outcome = happened(fix, event) ? 1.0 : 0.0;
+    ReliabilityBin& bin =
+        bins[static_cast<std::size_t>(std::min(kBins - 1, static_cast<int>(forecast * kBins)))];
+    bin.forecast += forecast;
+    bin.observed.hits += happened(fix, event) ? 1 : 0;
+    ++bin.observed.of;
+    by_trial[fix.seed].add({1.0, outcome, (forecast - outcome) * (forecast - outcome)});
+    r.forecast += forecast;
+  }
+  Sums all;
+  for (const auto& [seed, sums] : by_trial) all.add(sums);
+  if (fixes.empty()) {
+    r.skill = std::numeric_limits<double>::quiet_NaN();
+    return r;
+  }
+  for (ReliabilityBin& bin : bins) {
+    if (bin.observed.of == 0) continue;
+    bin.forecast /= static_cast<double>(bin.observed.of);
+    r.observed.hits += bin.observed.hits;
+    r.bins.push_back(bin);
+  }
+  r.forecast /= all.n;
+  r.brier = all.squares / all.n;
+  r.base_brier = all.base();
+  r.skill = r.base_brier > 0.0 ? all.skill() : std::numeric_limits<double>::quiet_NaN();
+  r.skill_interval = skill_interval(by_trial);
+  return r;
+}
+
+ForecastModel fitted(const ForecastModel& model, const std::vector<TrialForecast>& trials) {
+  ForecastModel fit = model;
+  double swept_m2 = 0.0;
+  double clutter = 0.0;
+  std::vector<std::vector<Look>> looks;
+  std::vector<double> pair_m;
+  std::vector<double> common_m;
+  bool any = false;
+  for (const TrialForecast& t : trials) {
+    const DriveEvidence& e = t.evidence;
+    swept_m2 += e.swept_m2;
+    clutter += static_cast<double>(e.clutter);
+    looks.push_back(e.looks);
+    any = any || !e.looks.empty();
+    pair_m.insert(pair_m.end(), e.pair_m.begin(), e.pair_m.end());
+    common_m.insert(common_m.end(), e.common_m.begin(), e.common_m.end());
+  }
+  if (!any || !(swept_m2 > 0.0)) return fit;
+  fit.clutter_per_m2 = clutter / swept_m2;
+  const double gate_m = model.icp.gate_final_m;
+  for (std::vector<Look>& drive : looks) {
+    for (Look& look : drive) look.by_chance = 1.0 - std::exp(-fit.clutter_per_m2 * kPi * gate_m * gate_m);
+  }
+  fit.detection = fit_detection(looks).curve;
+  fit.sigma_pair_m = robust_sigma(pair_m, model.sigma_pair_m);
+  double squares = 0.0;
+  for (const double c : common_m) squares += c * c;
+  if (!common_m.empty()) fit.sigma_common_m = std::sqrt(squares / static_cast<double>(common_m.size()));
+  return fit;
+}
+
+void print_reliability(const std::vector<TrialForecast>& trials, const ForecastModel& model) {
+  const std::vector<ForecastFix> fixes = all_fixes(trials);
+  fmt::print("\nForecast against outcome, {} fixes of {} drives\n", fixes.size(), trials.size());
+  for (const FixEvent event : kFixEvents) {
+    const Reliability r = reliability_of(fixes, event);
+    fmt::print("  {:<10} {:>6}  {:>8}  {:>8}  {:<16}\n", name_of(event), "fixes", "forecast", "observed",
+               "95 % interval");
+    for (const ReliabilityBin& b : r.bins) {
+      const Interval i = b.observed.interval();
+      fmt::print("  {:.1f} to {:.1f} {:>6}  {:>8.3f}  {:>8.3f}  {:.3f} to {:.3f}\n", b.low, b.high,
+                 b.observed.of, b.forecast, b.observed.value(), i.low, i.high);
+    }
+    fmt::print("  {:<10} {:>6}  {:>8.3f}  {:>8.3f}\n", "all", r.fixes, r.forecast, r.observed.value());
+    fmt::print("  Brier score {:.4f}, that of the base rate {:.4f}, ", r.brier, r.base_brier);
+    if (std::isnan(r.skill)) {
+      fmt::print("no skill to be told: the event came always, or never\n\n");
+    } else {
+      fmt::print("skill {:+.3f} [{:+.3f}, {:+.3f}]\n\n", r.skill, r.skill_interval.low,
+                 r.skill_interval.high);
+    }
+  }
+  const ErrorSize size = error_size(fixes, model);
+  if (size.fixes > 0)
+    fmt::print("  error after an applied fix, rms: forecast {:.3f} m, observed {:.3f} m ({} fixes)\n",
+               size.forecast_m, size.observed_m, size.fixes);
+  const auto told = [](const char* whose, const ForecastModel& m) {
+    fmt::print(
+        "  {:<12} most {:.3f}, half {:.3f} m, power {:.2f}, spread {:.2f}, clutter {:.3f} per m2, pair "
+        "{:.3f} m, common "
+        "{:.3f} m\n",
+        whose, m.detection.most, m.detection.half_m, m.detection.power, m.detection.spread, m.clutter_per_m2,
+        m.sigma_pair_m, m.sigma_common_m);
+  };
+  told("forecast by", model);
+  told("these ask for", fitted(model, trials));
+}
+
+ordered_json reliability_json(const std::vector<TrialForecast>& trials, const ForecastModel& model) {
+  const std::vector<ForecastFix> fixes = all_fixes(trials);
+  ordered_json json;
+  json["drives"] = trials.size();
+  for (const FixEvent event : kFixEvents) json[name_of(event)] = json_of(reliability_of(fixes, event));
+  const ErrorSize size = error_size(fixes, model);
+  json["error_after_fix_rms_m"] = {
+      {"fixes", size.fixes}, {"forecast", size.forecast_m}, {"observed", size.observed_m}};
+  return json;
+}
+
+std::string forecast_csv(const std::vector<TrialForecast>& trials) {
+  std::string text =
+      "seed,vo,snapshot,boulders,expected_pairs,p_applied,p_right,sigma_after_m,verdict,after_m\n";
+  for (const TrialForecast& t : trials) {
+    for (const ForecastFix& f : t.fixes) {
+      const FixStation& s = f.forecast;
+      text += fmt::format("{},{},{},{},{:.2f},{:.4f},{:.4f},{:.4f},{},{:.4f}\n", f.seed, f.vo, s.frame,
+                          s.boulders, s.pairs, s.applied, s.right,
+                          std::hypot(s.after.along_m, s.after.across_m), name_of(f.verdict), f.after_m);
+    }
+  }
+  return text;
+}
+
+}  // namespace cairn::ground

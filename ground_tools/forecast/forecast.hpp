@@ -1,0 +1,115 @@
+/// Where along a planned drive fixes will succeed, and how good they will be. A closed model, no images; why
+/// it is as it is: doc/DESIGN.md, "The forecast".
+///
+/// At each fix of the schedule (forecast/sweep.hpp: when, and what ground its local map covers):
+///
+/// 1. Boulder i of the map in the footprint is found with q_i = c_i d(D_i) (forecast/detection.hpp). Whatever
+///    else the rover takes for a boulder lies within the gate of it with f = 1 - exp(-clutter pi gate^2). So
+///    it is paired with p_i = 1 - (1 - q_i) (1 - f).
+/// 2. The number of pairs N is Poisson-binomial (forecast/pair_count.hpp). The flight module drops its worst
+///    share of them and asks for min_pairs of the rest: there are enough where N >= fewest_pairs(), and where
+///    the right pairs' expected lever is as long as it asks for. The fix is applied where there are enough
+///    and the error before it is within the first gate (`caught`): farther off, pairs are not what belongs
+///    together.
+/// 3. Given that, i is a right pair with w_i = q_i P(N without i >= fewest - 1) / P(N >= fewest). These make
+///    the information matrix of x, y and yaw as in the covariance of registration/icp.hpp.
+/// 4. Errors of x, y, yaw and of the rates of scale and turn grow and shrink as in localizer/pose_fusion.hpp.
+///    What is carried on is the covariance over both outcomes: applied P_after + (1 - applied) P_before.
+/// 5. The fix is right where the pose after it is within `right_within_m` of truth: the Gaussian of P_after,
+///    widened by what all boulders of a map share (`sigma_common_m`), over that disc.
+///
+/// All of 1 to 3 is a mean over the drives that there may be (kShiftNodes).
+///
+/// Not in it: relief that hides boulders, frames that VO or the boulder search lose, wrong constellations
+/// that look right.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "forecast/detection.hpp"
+#include "forecast/sweep.hpp"
+#include "localizer/pose_fusion.hpp"
+#include "map/boulder_table.hpp"
+#include "registration/icp.hpp"
+
+namespace cairn::ground {
+
+struct ForecastModel {
+  StereoRig rig;  ///< with T_rover_cam
+  double max_range_m = cfg::kMission.boulder_max_range_m;
+  TrackParams tracks;
+  IcpParams icp;
+  FusionParams fusion;
+  DetectionCurve detection;
+  double clutter_per_m2 = 0.4;   ///< of the swept ground: local boulders that are none of the map's
+  double sigma_pair_m = 0.07;    ///< of a right pair, per axis; the flight module's own where that is larger
+  double sigma_common_m = 0.06;  ///< per axis, of what all boulders of a map have in common: its shift
+  double sigma_start_xy_m = 0.05;
+  double sigma_start_yaw_rad = 0.01;
+  double right_within_m = 0.15;
+  double blind_below = 0.5;
+};
+
+/// The mission's rig, and all else as above.
+ForecastModel mission_model();
+
+/// A Gaussian in the plane: standard deviations along its axes, and where the longer one points,
+/// counter-clockwise from east, in (-pi/2, pi/2].
+struct Ellipse {
+  double major_m = 0.0;
+  double minor_m = 0.0;
+  double azimuth_rad = 0.0;
+};
+Ellipse ellipse_of(const Mat2& covariance_m2);
+/// Probability that a draw from it lies within `radius_m` of its middle.
+double within_disc(const Ellipse& ellipse, double radius_m);
+
+/// Standard deviations of a pose, in the rover's axes.
+struct PoseSigma {
+  double along_m = 0.0;
+  double across_m = 0.0;
+  double yaw_rad = 0.0;
+};
+
+struct FixStation {
+  PathPoint at;           ///< where the local map is taken
+  std::size_t frame = 0;  ///< of the drive
+  int boulders = 0;       ///< of the map, in the footprint
+  double found = 0.0;     ///< of them, expected
+  double pairs = 0.0;     ///< those and others, expected, before the worst are dropped
+  double lever_m = 0.0;   ///< of the right pairs, expected
+  double enough = 0.0;    ///< probability of enough pairs, well placed
+  double caught = 0.0;    ///< probability that the error before is within the first gate
+  double applied = 0.0;   ///< probability of a fix that is applied, enough x caught
+  double right = 0.0;     ///< and that leaves the pose right
+  PoseSigma before;       ///< of the error that the fix finds, whatever became of those before it
+  PoseSigma after;     ///< of the error that it leaves where it is applied; that before it where it cannot be
+  Ellipse ellipse;     ///< the same for x and y, in the map
+  bool blind = false;  ///< applied < blind_below
+};
+
+/// A stretch without a fix to count on: from the last station that is not blind, or the start, to the next,
+/// or the end.
+struct BlindStretch {
+  std::size_t first_frame = 0;
+  std::size_t last_frame = 0;
+  double from_m = 0.0;  ///< arc length
+  double to_m = 0.0;
+  PoseSigma at_end;  ///< of the error by then
+};
+
+struct Forecast {
+  std::vector<FixStation> stations;
+  std::vector<BlindStretch> blind;
+  PoseSigma at_end;
+};
+
+/// Fewest pairs within the gate that leave `min_pairs` when the worst are dropped.
+std::size_t fewest_pairs(const IcpParams& params);
+
+/// Asks for at least one frame.
+Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
+                  const std::vector<PathPoint>& drive);
+
+}  // namespace cairn::ground

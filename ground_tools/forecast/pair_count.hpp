@@ -1,0 +1,22 @@
+/// How many of some independent events happen: the Poisson-binomial distribution, exactly.
+///
+/// One event after the other is added (dynamic programming): P(k of n) = P(k of n-1) (1 - p_n) + P(k-1 of
+/// n-1) p_n. All terms are positive, so nothing cancels. (Barlow and Heidtmann 1984; Hong 2013, section 2.)
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace cairn::ground {
+
+/// P(k events), k = 0 ... n. Asks for probabilities in [0, 1]. Cost n^2.
+std::vector<double> count_distribution(const std::vector<double>& probabilities);
+
+/// P(at least `least` events).
+double at_least(const std::vector<double>& probabilities, std::size_t least);
+
+/// Of each event, the probability that it happened, given that at least `least` did; 0 where that cannot be.
+/// Cost n^2 `least`.
+std::vector<double> given_at_least(const std::vector<double>& probabilities, std::size_t least);
+
+}  // namespace cairn::ground

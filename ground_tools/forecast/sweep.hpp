@@ -1,0 +1,51 @@
+/// Which ground the cameras have swept when a fix is begun: the footprint of the local map.
+///
+/// The ground is taken as flat and the rover as level. A spot is in view in a frame where both images show it
+/// and it lies no farther from the left camera, seen from above, than boulders are looked for. It is in the
+/// footprint of a fix where that was so in `min_sightings` frames or more of the local map's window.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "geometry/stereo_rig.hpp"
+#include "localizer/boulder_tracks.hpp"
+#include "sim/traverse.hpp"
+
+namespace cairn::ground {
+
+using sim::PathPoint;
+
+/// The frames of a drive over way-points: straight from one to the next, turning in place at each, as the
+/// simulator drives (sim::plan, kind waypoints). Asks for two points or more, no two in a row the same.
+std::vector<PathPoint> drive_over(const std::vector<Vec2>& waypoints_map_m, double step_m,
+                                  double turn_step_deg);
+
+/// Where in the schedule (mission_cfg/schedule.hpp) a fix is begun; every fix of a drive of `frames` frames.
+std::vector<std::size_t> fix_frames(std::size_t frames);
+
+class Sweep {
+ public:
+  Sweep(const StereoRig& rig, double max_range_m, const TrackParams& tracks);
+
+  bool in_view(const PathPoint& at, const Vec2& p_map_m) const;
+  /// In how many frames of the window that ends with frame `last` the spot is in view.
+  int frames_in_view(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m) const;
+  bool in_footprint(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m) const {
+    return frames_in_view(drive, last, p_map_m) >= tracks_.min_sightings;
+  }
+  std::size_t first_of_window(std::size_t last) const;
+  /// Nothing farther than this from the rover is in view.
+  double reach_m() const { return reach_m_; }
+  /// Spots of a square grid in the footprint, each for cell_m^2 of ground.
+  std::vector<Vec2> spots(const std::vector<PathPoint>& drive, std::size_t last, double cell_m) const;
+
+ private:
+  StereoRig rig_;
+  Pose3 T_cam_rover_;
+  double max_range_m_;
+  double reach_m_;
+  TrackParams tracks_;
+};
+
+}  // namespace cairn::ground
