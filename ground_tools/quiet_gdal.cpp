@@ -5,9 +5,22 @@
 
 namespace cairn::ground {
 
+namespace {
+
+/// GDAL would keep blocks of files in a twentieth of the machine's memory.
+constexpr GIntBig kCacheBytes = 128 << 20;
+
+bool prepare() {
+  GDALAllRegister();
+  if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(kCacheBytes);
+  return true;
+}
+
+}  // namespace
+
 QuietGdal::QuietGdal() {
-  static const bool registered = (GDALAllRegister(), true);
-  static_cast<void>(registered);
+  static const bool prepared = prepare();
+  static_cast<void>(prepared);
   CPLPushErrorHandlerEx(&QuietGdal::remember, this);
   CPLSetThreadLocalConfigOption("GDAL_ERROR_ON_LIBJPEG_WARNING", "TRUE");
 }

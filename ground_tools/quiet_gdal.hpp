@@ -8,8 +8,8 @@
 namespace cairn::ground {
 
 /// While it lives, nothing of GDAL reaches stderr on this thread, and the first failure is remembered.
-/// Registers the drivers. A JPEG that ends early, to libjpeg a warning about an image filled up with grey, is
-/// a failure.
+/// Registers the drivers, and bounds GDAL's cache to 128 MiB unless GDAL_CACHEMAX is set. A JPEG that ends
+/// early, to libjpeg a warning about an image filled up with grey, is a failure.
 class QuietGdal {
  public:
   QuietGdal();

@@ -20,19 +20,15 @@ constexpr const char* kLayer = "boulders";
 
 struct Field {
   const char* name;
-  const char* title;
   double TableBoulder::*member;
   bool zero_is_unknown;
 };
 
 constexpr Field kFields[] = {
-    {"diameter_m", "Diameter of the disc of the same area, m", &TableBoulder::diameter_m, false},
-    {"area_m2", "Area, m2", &TableBoulder::area_m2, false},
-    {"contrast", "Mean darkness below the surroundings, 0 to 1", &TableBoulder::contrast, true},
-    {"elongation", "Longer over shorter axis", &TableBoulder::elongation, false},
-    {"height_m", "Top above the ground around it, m", &TableBoulder::height_m, true},
-    {"confidence", "Probability that a boulder stands here, 0 to 1", &TableBoulder::confidence, false},
-    {"ground_z_m", "Height of the ground, m", &TableBoulder::ground_z_m, false},
+    {"diameter_m", &TableBoulder::diameter_m, false}, {"area_m2", &TableBoulder::area_m2, false},
+    {"contrast", &TableBoulder::contrast, true},      {"elongation", &TableBoulder::elongation, false},
+    {"height_m", &TableBoulder::height_m, true},      {"confidence", &TableBoulder::confidence, false},
+    {"ground_z_m", &TableBoulder::ground_z_m, false},
 };
 
 /// An option of GDAL for as long as it lives, on this thread.
@@ -62,7 +58,6 @@ OGRLayer* add_layer(GDALDataset& data, OGRSpatialReference& system, bool with_z)
   if (layer == nullptr) return nullptr;
   for (const Field& field : kFields) {
     OGRFieldDefn definition(field.name, OFTReal);
-    definition.SetAlternativeName(field.title);
     if (layer->CreateField(&definition) != OGRERR_NONE) return nullptr;
   }
   return layer;

@@ -128,7 +128,7 @@ void test_verify(void**) {
   assert_true(text.find("head.cmap: bad, it ") != std::string::npos);
   scratch.file("cut.cmap", std::string(bytes.begin(), bytes.begin() + 400));
   assert_int_equal(cairn_says("map verify" + quoted("cut.cmap")), 2);
-  scratch.file("text.cmap", "hello");
+  scratch.file("text.cmap", std::string(300, 'x'));
   assert_int_equal(cairn_says("map verify --json" + quoted("text.cmap")), 2);
   assert_string_equal(json["verdict"].get<std::string>().c_str(), "bad");
   check_refusal(scratch, "map verify" + quoted("absent.cmap"), "absent.cmap", "check the name");
@@ -161,7 +161,7 @@ void test_unpack(void**) {
   assert_int_equal(content.boulders.size(), 3000);
 
   check_refusal(scratch, "map unpack" + quoted("a.cmap"), "map unpack", "--csv");
-  scratch.file("text.cmap", "hello");
+  scratch.file("text.cmap", std::string(300, 'x'));
   check_refusal(scratch, "map unpack" + quoted("text.cmap") + " --csv" + quoted("n.csv"), "text.cmap",
                 "cairn map build");
   check_refusal(scratch, "map unpack" + quoted("a.cmap") + " --gpkg" + quoted("a.cmap") + "/x.gpkg", "x.gpkg",
@@ -225,6 +225,7 @@ void test_diff(void**) {
   assert_true(json["repeatability"].get<double>() > 0.999);
   assert_false(json["tiles"]["comparable"].get<bool>());
 
+  make_boulders(10);
   write_map("earth.cmap", "EPSG:32633");
   check_refusal(scratch, "map diff" + quoted("a.cmap") + quoted("earth.cmap"), "earth.cmap",
                 "reference system");
@@ -259,7 +260,7 @@ void test_merge(void**) {
   check_refusal(scratch, "map merge" + quoted("first.cmap") + out, "map merge", "two maps or more");
   check_refusal(scratch, "map merge" + quoted("first.cmap") + quoted("absent.cmap") + out, "absent.cmap",
                 "check the name");
-  scratch.file("text.cmap", "hello");
+  scratch.file("text.cmap", std::string(300, 'x'));
   check_refusal(scratch, "map merge" + quoted("first.cmap") + quoted("text.cmap") + out, "text.cmap",
                 "map build");
   check_refusal(

@@ -219,7 +219,7 @@ void test_canvas_at_its_rim(void**) {
   canvas.rectangle(-5, 8, 100, 100, {1, 2, 3});
   canvas.text(16, -2, "8a.", {255, 0, 0}, 3);
   canvas.mix(-1, 3, {9, 9, 9}, 1.0);
-  assert_true(canvas.at(1, 5)[0] > 200);
+  assert_true(canvas.at(2, 5)[0] > 200);
   assert_int_equal(canvas.at(12, 5)[0], 0);
   assert_int_equal(canvas.at(3, 9)[2], 3);
 }
