@@ -183,6 +183,11 @@ void test_heads_that_are_none(void**) {
     put_new_head(fault.at, fault.value, fault.bytes);
     assert_status(apply(), DeltaStatus::kBadHead);
   }
+  make_pair_of_versions();
+  put_new_head(8, static_cast<std::uint32_t>(changes.size) - 18 + 1, 2);  // one byte more than is there
+  assert_status(apply(), DeltaStatus::kBadHead);
+  put_new_head(8, static_cast<std::uint32_t>(changes.size) - 18, 2);  // but then there are no flags
+  assert_status(apply(), DeltaStatus::kTruncated);
 }
 
 void test_other_bases(void**) {
@@ -234,7 +239,8 @@ void test_a_base_that_contradicts_itself(void**) {
 void test_sizes_that_do_not_add_up(void**) {
   make_pair_of_versions();
   put_new_head(12, static_cast<std::uint32_t>(wanted.size) - 1, 4);
-  assert_status(apply(), DeltaStatus::kBadSize);  // the last tile does not fit any more
+  // The last tile does not fit any more.
+  assert_status(apply(changes.size, base.size, wanted.size - 1), DeltaStatus::kBadSize);
   make_pair_of_versions();
   put_new_head(12, static_cast<std::uint32_t>(wanted.size) + 1, 4);
   assert_status(apply(changes.size, base.size, wanted.size + 1), DeltaStatus::kBadSize);

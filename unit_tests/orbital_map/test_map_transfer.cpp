@@ -333,6 +333,7 @@ void test_maps_that_are_not_whole_and_good(void**) {
     assert_status(transfer.detail(), status);
     assert_false(transfer.result().usable());
     assert_status(transfer.begin(whole(), bank, kBank), BeginStatus::kBegun);
+    assert_int_equal(transfer.detail(), 0);
   };
   new_map.bytes[0] ^= 1U;
   check(MapStatus::kBadMagic);
@@ -421,6 +422,7 @@ void test_resets(void**) {
       const TransferRecord ready = transfer.record();
       assert_status(transfer.resume(ready, bank, kBank), BeginStatus::kBegun);
       assert_status(transfer.status(), TransferStatus::kComplete);
+      assert_int_equal(transfer.detail(), 0);
       static_cast<void>(transfer.verify(old_map.bytes, old_map.size));
       for (int n = 0; n < steps; ++n) {
         WorkBudget budget(1);
@@ -470,6 +472,11 @@ void test_records_that_contradict_themselves(void**) {
   check(r, BeginStatus::kEmpty);
   r = good;
   r.have[sizeof r.have - 1] = 0x80;  // a chunk beyond the last
+  r.taken = 2;
+  check(r, BeginStatus::kEmpty);
+  r = good;
+  std::uint8_t& beyond = r.have[r.chunks / 8];  // the first one beyond it
+  beyond = static_cast<std::uint8_t>(beyond | 1U << r.chunks % 8);
   r.taken = 2;
   check(r, BeginStatus::kEmpty);
   second = MapTransfer();
