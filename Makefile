@@ -167,6 +167,16 @@ bench-map: ## speed and memory of `cairn map build` on images of up to 60000 x 6
 	@$(MAKE) --no-print-directory -j$(JOBS) $(CAIRN) $(B)/bench_map
 	@$(B)/bench_map $(CAIRN) build/bench-map
 
+bench-decode: ## instructions a boulder that reading a map takes on the emulated processor (TARGET=ppc750|leon3; MAP=file)
+	@$(if $(BARE),:,echo 'make bench-decode: give TARGET=$(subst $() ,|,$(filter-out host,$(TARGETS)))'; exit 1)
+	@$(MAKE) --no-print-directory deps-test
+	@$(MAKE) --no-print-directory -s -j$(JOBS) $(B)/decode.elf $(PROFILER) $(BARE_BOARD)
+	$(Q)$(call run_image,$(B)/decode.elf) -plugin $(PROFILER),elf=$(B)/decode.elf,timing=platform/$(TARGET)/timing.toml,out=$(B)/decode.tsv >$(B)/decode.log || { cat $(B)/decode.log; exit 1; }
+	@awk -F'\t' 'NR == FNR {split($$0, w, " "); if (w[1] == "boulders") {n = w[2]; m = w[4]}; next} \
+	  $$1 == "function" && $$3 ~ /OrbitalMap6window/ {printf "window: %.1f instructions, %.1f cycles a boulder (%d boulders)\n", $$5 / m, $$6 / m, m} \
+	  $$1 == "function" && $$3 ~ /MapValidation4step/ {printf "validation: %.1f instructions, %.1f cycles a boulder\n", $$5 / n, $$6 / n}' \
+	  $(B)/decode.log $(B)/decode.tsv
+
 profile: ## model cycles of each job on the emulated processor against its budget (TARGET=ppc750|leon3; FRAME=n in detail)
 	@$(if $(BARE),:,echo 'make profile: give TARGET=$(subst $() ,|,$(filter-out host,$(TARGETS)))'; exit 1)
 	@$(MAKE) --no-print-directory deps-test
@@ -357,6 +367,17 @@ $(B)/tests/%: $(B)/unit_tests/%.o $(SUPPORT_LIB) $(FSW_LIB) $(BARE_NEEDS)
 $(B)/replay.elf: $(call obj,platform/tape/replay.cpp platform/tape/tape_image.S) $(TAPE_LIB) $(FSW_LIB) $(PLATFORM_LIB) $(BARE_NEEDS)
 	$(link) -o $@
 
+# The same way a map comes into an image.
+MAP ?= build/decode.cmap
+build/decode.cmap:
+	@$(MAKE) --no-print-directory -s TARGET=host MISSION=paper SAN= build/host/codec_table
+	@build/host/codec_table --map $@
+$(B)/decode_map.o: platform/tape/tape_image.S $(MAP)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CPU) -DCAIRN_TAPE='"$(MAP)"' -c $< -o $@
+$(B)/decode.elf: $(B)/platform/tape/decode.o $(B)/decode_map.o $(FSW_LIB) $(PLATFORM_LIB) $(NEWLIB)/.done
+	$(link) -o $@
+
 # ---- the paper's evaluation ----------------------------------------------------------------------------------------
 # Each file below is whole or absent, so that make knows what is left to do.
 PAPER        := build/paper
@@ -487,6 +508,6 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	@touch $@
 
 -include $(shell find $(B) build/fuzz -name '*.d' 2>/dev/null)
-.PHONY: host-cairn help all lib clean demo paper campaign realism bench bench-codec bench-map profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk fuzz
+.PHONY: host-cairn help all lib clean demo paper campaign realism bench bench-codec bench-map profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk fuzz bench-decode
 .SECONDARY:
 .DELETE_ON_ERROR:

@@ -43,6 +43,8 @@ struct BuildOptions {
   int threads = 0;
   std::string method = "otsu";
   DetectorParams detector;
+  CmapOptions coding;
+  CmapSource labels;  ///< site, epoch and revision
 };
 
 /// What the map is made of, from an orthoimage or from a table.
@@ -68,7 +70,12 @@ void write_products(const BuildOptions& options, Prepared& made, OutputFile& map
   if (!options.dem.empty()) heights = sample_heights(options.dem, made.boulders, system);
   const double quantum_m =
       options.quantum_m > 0.0 ? options.quantum_m : suitable_quantum_m(made.source.pixel_m);
-  const std::vector<std::uint8_t> bytes = encode_cmap(made.boulders, made.extent, quantum_m, made.source);
+  made.source.site = options.labels.site;
+  made.source.epoch_s = options.labels.epoch_s;
+  made.source.revision = options.labels.revision;
+  CmapReport report;
+  const std::vector<std::uint8_t> bytes =
+      encode_cmap(made.boulders, made.extent, quantum_m, made.source, options.coding, &report);
   map.write(bytes);
   if (!options.csv.empty()) write_csv(options.csv, made.boulders, system);
   if (!options.gpkg.empty()) write_geopackage(options.gpkg, made.boulders, system);
@@ -79,9 +86,11 @@ void write_products(const BuildOptions& options, Prepared& made, OutputFile& map
     write_quicklook(options.quicklook, made.boulders, made.extent, system, picture);
   }
   map.commit();
-  fmt::print("{}: {} boulders on {:.1f} x {:.1f} m, {} bytes\n", options.output.string(),
-             made.boulders.size(), made.extent.max_x_m - made.extent.min_x_m,
-             made.extent.max_y_m - made.extent.min_y_m, bytes.size());
+  fmt::print("{}: {} boulders on {:.1f} x {:.1f} m, {} bytes\n", options.output.string(), report.boulders,
+             made.extent.max_x_m - made.extent.min_x_m, made.extent.max_y_m - made.extent.min_y_m,
+             bytes.size());
+  if (report.merged > 0)
+    fmt::print("{} boulders left out, each within {} m of a larger one\n", report.merged, quantum_m);
   if (!options.dem.empty()) fmt::print("{}: ground known under {} of them\n", options.dem.string(), heights);
 }
 
@@ -191,8 +200,17 @@ void add_map_build(CLI::App& map) {
       ->check(CLI::NonNegativeNumber);
   build_app
       ->add_option("--quantum", o.quantum_m,
-                   "step of the positions, m (default: a quarter of a pixel or finer, at least 1 mm)")
+                   "step of the positions, m (default: a quarter of a pixel or finer, at least 2 mm)")
       ->check(CLI::PositiveNumber);
+  build_app->add_flag("--positions-only", o.coding.positions_only,
+                      "leave out sizes, heights and confidences");
+  build_app->add_option("--tile-boulders", o.coding.boulders_per_tile, "boulders in a tile, on average")
+      ->check(CLI::Range(1.0, 4000.0))
+      ->capture_default_str();
+  build_app->add_option("--site", o.labels.site, "number of the landing site");
+  build_app->add_option("--epoch", o.labels.epoch_s,
+                        "when the image was taken, s since 2000-01-01T12:00:00 TT (0: unknown)");
+  build_app->add_option("--revision", o.labels.revision, "number of the map among those of the site");
   build_app
       ->add_option("--band", o.band,
                    "band to use (default: mean of the first three of three or more, else 1)")

@@ -104,12 +104,13 @@ bool AttributeModels::read_values(unsigned attribute, Reader& reader) {
 void AttributeModels::fill(Table& table, const std::uint8_t* weights) {
   std::uint16_t frequency[kMaxClasses[0]] = {};
   frequencies(weights, table.classes, frequency);
-  for (unsigned c = 0; c < table.classes; ++c)
-    table.start[c + 1U] = static_cast<std::uint16_t>(table.start[c] + frequency[c]);
-  unsigned c = 0;
-  for (unsigned b = 0; b < kBuckets; ++b) {
-    while (table.start[c + 1U] <= b << kBucketShift) ++c;
-    table.bucket[b] = static_cast<std::uint8_t>(c);
+  std::uint32_t start = 0;
+  unsigned next = 0;  // bucket
+  for (unsigned c = 0; c < table.classes; ++c) {
+    table.entry[c] = start << 16U | frequency[c];
+    start += frequency[c];
+    for (; next < kBuckets && next << kBucketShift < start; ++next)
+      table.bucket[next] = static_cast<std::uint8_t>(c);
   }
 }
 

@@ -39,22 +39,24 @@ class AttributeModels {
     return confidence_percent_[confidence_class];
   }
 
-  /// Takes one symbol off a rANS state: its class.
-  unsigned take(unsigned attribute, std::uint32_t& state) const {
+  /// Takes one symbol off a rANS state: its class. 0 for an attribute that the map does not have.
+  [[gnu::always_inline]] std::uint8_t take(unsigned attribute, std::uint32_t& state) const {
     const Table& t = table_[attribute];
     const std::uint32_t slot = state & (kFrequencyTotal - 1U);
-    unsigned c = t.bucket[slot >> kBucketShift];
-    while (slot >= t.start[c + 1U]) ++c;
-    state = (t.start[c + 1U] - t.start[c]) * (state >> kFrequencyBits) + (slot - t.start[c]);
-    return c;
+    std::uint32_t c = t.bucket[slot >> kBucketShift];
+    std::uint32_t entry = t.entry[c];
+    while (slot - (entry >> 16U) >= (entry & 0xFFFFU)) entry = t.entry[++c];
+    state = (entry & 0xFFFFU) * (state >> kFrequencyBits) + (slot - (entry >> 16U));
+    return static_cast<std::uint8_t>(c);
   }
 
  private:
-  static constexpr unsigned kBuckets = 32;
-  static constexpr unsigned kBucketShift = kFrequencyBits - 5;
+  static constexpr unsigned kBuckets = 64;
+  static constexpr unsigned kBucketShift = kFrequencyBits - 6;
   struct Table {
-    std::uint16_t start[kMaxClasses[0] + 1] = {};  ///< sum of the frequencies before; 4096 after the last
-    std::uint8_t bucket[kBuckets] = {};            ///< class at slot 128 i: the search begins there
+    /// Of each class: frequencies of those before it, and in the lower half its own.
+    std::uint32_t entry[kMaxClasses[0]] = {kFrequencyTotal};
+    std::uint8_t bucket[kBuckets] = {};  ///< class at slot 64 i: the search begins there
     std::uint8_t classes = 0;
   };
   struct Reader {

@@ -80,7 +80,7 @@ inline constexpr std::size_t kTileDepthAt = 2;       // u8, 0 to kMaxDepth: to w
 inline constexpr std::size_t kTileHeadBytes = 3;     // where the map has no attributes
 inline constexpr std::size_t kAttributeBytesAt = 3;  // u16, bytes of the attribute stream, where it has some
 inline constexpr unsigned kMaxDepth = 20;
-inline constexpr std::uint32_t kMaxBlockSide = 65535;  // cells: those of a block are counted in 32 bits
+inline constexpr std::uint32_t kMaxBlockSide = 16384;  // cells, so that sums of a block's fit 32 bits
 
 enum class Method : std::uint8_t {
   kTable = 0,   ///< made from a table of boulders

@@ -173,18 +173,27 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
   if (!decoder.start(models_, place.shape, place.payload, place.bytes - cmap::kCrcBytes))
     return Taken::kCorrupt;
   const std::size_t before = out.size();
+  const double radius2 = radius_m * radius_m;
+  const Vec2 p = p_map_m;  // copies, which cannot change under the loop
+  const Vec2 origin(origin_x_m_, origin_y_m_);
+  const double quantum_m = quantum_m_;
   bool full = false;  // the tile is read to its end all the same: it may turn out corrupt
-  cmap::TileBoulder coded;
-  cmap::TileStep step = decoder.next(models_, coded);
-  for (; step == cmap::TileStep::kBoulder; step = decoder.next(models_, coded)) {
-    MapBoulder boulder;
-    boulder.p_map_m = Vec2(origin_x_m_ + (place.first_x + coded.x) * quantum_m_,
-                           origin_y_m_ + (place.first_y + coded.y) * quantum_m_);
-    if ((boulder.p_map_m - p_map_m).squaredNorm() > radius_m * radius_m) continue;
-    boulder.diameter_m = models_.diameter_m(coded.attribute[0]);
-    boulder.height_mm = models_.height_mm(coded.attribute[1]);
-    boulder.confidence_percent = models_.confidence_percent(coded.attribute[2]);
-    full = !out.push_back(boulder) || full;
+  cmap::TileBoulder coded[kBoulderUnit];
+  cmap::TileStep step = cmap::TileStep::kMore;
+  while (step == cmap::TileStep::kMore) {
+    unsigned given = 0;
+    step = decoder.read(models_, coded, kBoulderUnit, given);
+    for (unsigned i = 0; i < given; ++i) {
+      const cmap::TileBoulder& c = coded[i];
+      const double x_m = origin.x() + (place.first_x + c.x) * quantum_m;
+      const double y_m = origin.y() + (place.first_y + c.y) * quantum_m;
+      const double east_m = x_m - p.x();
+      const double north_m = y_m - p.y();
+      if (east_m * east_m + north_m * north_m > radius2) continue;
+      const MapBoulder boulder{Vec2(x_m, y_m), models_.diameter_m(c.attribute[0]),
+                               models_.height_mm(c.attribute[1]), models_.confidence_percent(c.attribute[2])};
+      full = !out.push_back(boulder) || full;
+    }
   }
   if (step == cmap::TileStep::kEnd) return full ? Taken::kFull : Taken::kAll;
   out.resize(before);
@@ -275,18 +284,17 @@ void MapValidation::check_tile_crc_unit() {
 }
 
 void MapValidation::check_boulder_unit() {
-  cmap::TileBoulder boulder;
-  for (std::uint32_t i = 0; i < kBoulderUnit; ++i) {
-    switch (decoder_.next(candidate_.models_, boulder)) {
-      case cmap::TileStep::kBoulder: break;
-      case cmap::TileStep::kCorrupt: leave_out_tile(); return;
-      case cmap::TileStep::kEnd:
-        ++good_tiles_;
-        good_boulders_ += decoder_.count();
-        ++index_;
-        phase_ = Phase::kNextTile;
-        return;
-    }
+  cmap::TileBoulder boulders[kBoulderUnit];
+  unsigned given = 0;
+  switch (decoder_.read(candidate_.models_, boulders, kBoulderUnit, given)) {
+    case cmap::TileStep::kMore: break;
+    case cmap::TileStep::kCorrupt: leave_out_tile(); break;
+    case cmap::TileStep::kEnd:
+      ++good_tiles_;
+      good_boulders_ += decoder_.count();
+      ++index_;
+      phase_ = Phase::kNextTile;
+      break;
   }
 }
 

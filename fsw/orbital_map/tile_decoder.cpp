@@ -8,6 +8,18 @@ namespace {
 
 constexpr std::uint64_t kLn2 = 0xB17217F7U;  // 2^32 ln 2, cut
 
+/// A number below `values` (at least 1): with k = floor(log2 values), the first 2^(k + 1) - values numbers
+/// take k bits, the others one more. `k` comes as it was for the number before: little changes.
+/// Inline, so that the reader stays in registers.
+[[gnu::always_inline]] inline std::uint32_t truncated(BitReader& in, unsigned& k, std::uint32_t values) {
+  while (values >> k > 1U) ++k;
+  while (values >> k == 0U) --k;
+  const std::uint32_t shorter = (2U << k) - values;  // 2^32 is 0 here, and right
+  const std::uint32_t value = in.bits(k);
+  if (value < shorter) return value;
+  return value + value - shorter + (in.bit() ? 1U : 0U);
+}
+
 }  // namespace
 
 std::uint32_t tile_crc_start(std::uint32_t tile) {
@@ -26,40 +38,105 @@ bool TileDecoder::start(const AttributeModels& models, const TileShape& shape, c
   if (count_ == 0 || count_ > kMaxTileBoulders || depth_ > kMaxDepth) return false;
   const std::size_t coded = models.any() ? be::get_u16(payload + kAttributeBytesAt) : 0U;
   if (coded > size - head) return false;
+  last_state_ = models.any() ? 1U : 0U;
+  attributes_ = payload + head;
+  attributes_end_ = attributes_ + coded;
+  in_ = BitReader(attributes_end_, payload + size);
   waiting_[0] = {0, 0, shape.width, shape.height, static_cast<std::uint16_t>(count_), 0};
   waiting_count_ = 1;
   block_left_ = 0;
-  buffer_ = 0;
-  held_ = beyond_ = 0;
   parameter_log2_ = 0;
   state_ = 0;
-  last_state_ = models.any() ? 1U : 0U;
-  attributes_ = payload + head;
-  attributes_end_ = next_ = attributes_ + coded;
-  end_ = payload + size;
-  refill_state();
+  while (state_ < kStateLow && attributes_ != attributes_end_) state_ = state_ << 8U | *attributes_++;
   corrupt_ = false;
   return true;
 }
 
-TileStep TileDecoder::next(const AttributeModels& models, TileBoulder& out) {
+TileStep TileDecoder::corrupt() {
+  corrupt_ = true;
+  return TileStep::kCorrupt;
+}
+
+TileStep TileDecoder::read(const AttributeModels& models, TileBoulder* out, unsigned room, unsigned& given) {
+  given = 0;
   if (corrupt_) return TileStep::kCorrupt;
-  if (left_ == 0) return end();
-  std::uint32_t skipped = 0;
-  if ((block_left_ == 0 && !next_block()) || !gap(skipped)) {
-    corrupt_ = true;
-    return TileStep::kCorrupt;
+  while (given < room && left_ > 0) {
+    if (block_left_ == 0 && !next_block()) return corrupt();
+    const unsigned run = block_left_ < room - given ? block_left_ : room - given;
+    if (!read_run(out + given, run)) return corrupt();
+    left_ -= run;
+    given += run;
   }
-  const std::uint32_t cell = cell_ + skipped;
-  cell_ = cell + 1U;
-  cells_left_ -= skipped + 1U;
-  --block_left_;
-  --left_;
-  const std::uint32_t row = cell / block_width_;
-  out.x = block_x_ + (cell - row * block_width_);
-  out.y = block_y_ + row;
-  take_attributes(models, out);
-  return TileStep::kBoulder;
+  read_attributes(models, out, given);
+  if (left_ > 0) return TileStep::kMore;
+  const bool used = in_.spent() && attributes_ == attributes_end_ && state_ == last_state_;
+  return used ? TileStep::kEnd : corrupt();
+}
+
+/// Boulders of the block at hand, which holds as many. What changes stays in registers.
+bool TileDecoder::read_run(TileBoulder* out, unsigned count) {
+  BitReader in = in_;
+  unsigned k = parameter_log2_;
+  const std::uint32_t width = block_width_;
+  const std::uint32_t x = block_x_;
+  const std::uint32_t y = block_y_;
+  std::uint32_t cell = cell_;
+  std::uint32_t cells_left = cells_left_;
+  std::uint32_t boulders_left = block_left_;
+  for (const TileBoulder* end = out + count; out != end; ++out) {
+    const std::uint32_t room = cells_left - boulders_left;  // those after it need a cell each
+    std::uint32_t gap = 0;
+    std::uint32_t values = cells_left;
+    if (boulders_left > 1U) {
+      values = static_cast<std::uint32_t>(kLn2 * (cells_left / boulders_left) >> 32U);
+      if (values == 0) values = 1;
+      unsigned ones = 4;
+      while (ones == 4U) {
+        ones = in.ones();
+        gap += ones * values;  // below 2^31: a block has 2^28 cells at most
+        if (gap > room) return false;
+      }
+    }
+    const std::uint32_t rest = truncated(in, k, values);
+    gap += rest;
+    if (gap > room) return false;
+    cell += gap;
+    const std::uint32_t row = cell / width;
+    out->x = x + (cell - row * width);
+    out->y = y + row;
+    ++cell;
+    cells_left -= gap + 1U;
+    --boulders_left;
+  }
+  in_ = in;
+  parameter_log2_ = k;
+  cell_ = cell;
+  cells_left_ = cells_left;
+  block_left_ = boulders_left;
+  return true;
+}
+
+/// The classes of `count` boulders.
+void TileDecoder::read_attributes(const AttributeModels& models, TileBoulder* out, unsigned count) {
+  const std::uint8_t* next = attributes_;
+  const std::uint8_t* const end = attributes_end_;
+  std::uint32_t state = state_;
+  const auto take = [&](unsigned attribute) __attribute__((always_inline)) {
+    const std::uint8_t c = models.take(attribute, state);
+    if (state < kStateLow && next != end) {
+      state = state << 8U | *next++;
+      // Two bytes are enough: before, the state was 2^23 or more, or there were none left.
+      if (state < kStateLow && next != end) state = state << 8U | *next++;
+    }
+    return c;
+  };
+  for (TileBoulder* last = out + count; out != last; ++out) {
+    out->attribute[0] = take(0);
+    out->attribute[1] = take(1);
+    out->attribute[2] = take(2);
+  }
+  attributes_ = next;
+  state_ = state;
 }
 
 bool TileDecoder::is_leaf(const Block& block) const {
@@ -72,7 +149,10 @@ bool TileDecoder::next_block() {
   if (waiting_count_ == 0) return false;
   Block block = waiting_[--waiting_count_];
   while (!is_leaf(block)) {
-    const std::uint32_t first = first_half(block.boulders);
+    // The middle comes first, then one more, one less ...
+    const std::uint32_t rank = truncated(in_, parameter_log2_, block.boulders + 1U);
+    const std::uint32_t middle = block.boulders / 2U;
+    const std::uint32_t first = (rank & 1U) != 0U ? middle + (rank + 1U) / 2U : middle - rank / 2U;
     ++block.depth;
     Block second = block;
     if (block.width >= block.height) {
@@ -100,103 +180,6 @@ bool TileDecoder::next_block() {
   cells_left_ = block.width * block.height;
   cell_ = 0;
   return block_left_ <= cells_left_;
-}
-
-/// How many of a block's boulders its first half holds: the middle comes first, then one more, one less ...
-std::uint32_t TileDecoder::first_half(std::uint32_t boulders) {
-  const std::uint32_t rank = truncated(boulders + 1U);
-  const std::uint32_t middle = boulders / 2U;
-  return (rank & 1U) != 0U ? middle + (rank + 1U) / 2U : middle - rank / 2U;
-}
-
-/// Free cells before the next boulder; so few that those after it have room.
-bool TileDecoder::gap(std::uint32_t& value) {
-  if (block_left_ == 1) {
-    value = truncated(cells_left_);
-    return true;
-  }
-  const std::uint32_t room = cells_left_ - block_left_;
-  auto parameter = static_cast<std::uint32_t>(kLn2 * (cells_left_ / block_left_) >> 32U);
-  if (parameter == 0) parameter = 1;
-  value = 0;
-  while (bit()) {
-    if (room - value < parameter) return false;
-    value += parameter;
-  }
-  const std::uint32_t rest = truncated(parameter);
-  if (room - value < rest) return false;
-  value += rest;
-  return true;
-}
-
-/// A number below `values` (at least 1): with k = floor(log2 values), the first 2^(k + 1) - values numbers
-/// take k bits, the others one more.
-std::uint32_t TileDecoder::truncated(std::uint32_t values) {
-  while (values >> parameter_log2_ > 1U) ++parameter_log2_;  // little changes from boulder to boulder
-  while (values >> parameter_log2_ == 0U) --parameter_log2_;
-  const std::uint32_t shorter = (2U << parameter_log2_) - values;  // 2^32 is 0 here, and right
-  const std::uint32_t value = bits(parameter_log2_);
-  if (value < shorter) return value;
-  return value + value - shorter + (bit() ? 1U : 0U);
-}
-
-/// At least 25 bits in the buffer; zeros from beyond the end are counted.
-void TileDecoder::refill() {
-  while (held_ <= 24U) {
-    if (next_ != end_) {
-      buffer_ |= static_cast<std::uint32_t>(*next_++) << (24U - held_);
-    } else {
-      beyond_ += 8U;
-    }
-    held_ += 8U;
-  }
-}
-
-bool TileDecoder::bit() {
-  if (held_ == 0) refill();
-  const bool one = buffer_ >> 31U != 0U;
-  buffer_ <<= 1U;
-  --held_;
-  return one;
-}
-
-/// The next `count` bits, 0 to 31.
-std::uint32_t TileDecoder::bits(unsigned count) {
-  std::uint32_t high = 0;
-  if (count > 16U) {
-    if (held_ < 16U) refill();
-    high = buffer_ >> 16U;
-    buffer_ <<= 16U;
-    held_ -= 16U;
-    count -= 16U;
-  }
-  if (count == 0) return high;
-  if (held_ < count) refill();
-  const std::uint32_t low = buffer_ >> (32U - count);
-  buffer_ <<= count;
-  held_ -= count;
-  return high << count | low;
-}
-
-void TileDecoder::refill_state() {
-  while (state_ < kStateLow && attributes_ != attributes_end_) state_ = state_ << 8U | *attributes_++;
-}
-
-void TileDecoder::take_attributes(const AttributeModels& models, TileBoulder& out) {
-  for (unsigned a = 0; a < kAttributes; ++a) {
-    out.attribute[a] = 0;
-    if (!models.has(a)) continue;
-    out.attribute[a] = static_cast<std::uint8_t>(models.take(a, state_));
-    refill_state();
-  }
-}
-
-/// All that is coded was used, and what fills the last byte is zero.
-TileStep TileDecoder::end() {
-  const unsigned real = held_ - beyond_;  // wraps where more was read than there is
-  corrupt_ =
-      next_ != end_ || real >= 8U || buffer_ != 0U || attributes_ != attributes_end_ || state_ != last_state_;
-  return corrupt_ ? TileStep::kCorrupt : TileStep::kEnd;
 }
 
 }  // namespace cairn::cmap

@@ -3,7 +3,7 @@
 /// Bits (doc/ICD.md tells the whole). The tile is a block of n boulders at depth 0. A block is halved across
 /// its longer side (eastward where both are the same; the western or southern half is the smaller where they
 /// differ), the western or southern half comes first, while it
-///   has a side of more than 65535 cells, or
+///   has a side of more than 16384 cells, or
 ///   holds more than one boulder and more than one cell, at a depth less than the tile's.
 /// Each split tells how many of the n the first half holds: the numbers from 0 to n, ordered from the middle
 /// outward, in truncated binary. That is the density prior of clustered ground, near to the code for halves
@@ -30,6 +30,7 @@
 #include <cstdint>
 
 #include "orbital_map/attribute_model.hpp"
+#include "orbital_map/bit_reader.hpp"
 
 namespace cairn::cmap {
 
@@ -51,22 +52,23 @@ struct TileBoulder {
 };
 
 enum class [[nodiscard]] TileStep : std::uint8_t{
-    kBoulder,  ///< the next boulder was given
-    kEnd,      ///< there is none left, and all bits of the payload are accounted for
+    kMore,     ///< call read() again
+    kEnd,      ///< these were the last, and all bits of the payload are accounted for
     kCorrupt,  ///< the payload contradicts itself; stays so
 };
 
 /// Reads a payload whose CRC the caller has checked. Borrows the bytes; a kilobyte itself.
 class TileDecoder {
  public:
-  /// False where the payload's head is out of its ranges (next() then says kCorrupt). `size` is without the
+  /// False where the payload's head is out of its ranges (read() then says kCorrupt). `size` is without the
   /// CRC.
   [[nodiscard]] bool start(const AttributeModels& models, const TileShape& shape, const std::uint8_t* payload,
                            std::size_t size);
   std::uint32_t count() const { return count_; }
-  /// `models` as at start. Cost: usually some 100 instructions; for each boulder at most 42 splits, and in
-  /// all at most 3 bits of unary codes a boulder of the tile.
-  TileStep next(const AttributeModels& models, TileBoulder& out);
+  /// The next boulders, at most `room`, at least one unless corrupt. `models` as at start. Cost: usually some
+  /// 100 instructions a boulder; at most 42 splits for each, and in all 3 bits of unary codes a boulder of
+  /// the tile.
+  TileStep read(const AttributeModels& models, TileBoulder* out, unsigned room, unsigned& given);
 
  private:
   static constexpr unsigned kMostSplits = 42;  ///< from 2^21 cells a side to one
@@ -79,25 +81,15 @@ class TileDecoder {
     std::uint16_t depth;
   };
 
-  std::uint32_t bits(unsigned count);
-  bool bit();
-  void refill();
-  std::uint32_t truncated(std::uint32_t values);
   bool is_leaf(const Block& block) const;
-  std::uint32_t first_half(std::uint32_t boulders);
-  bool gap(std::uint32_t& value);
   bool next_block();
-  void take_attributes(const AttributeModels& models, TileBoulder& out);
-  void refill_state();
-  TileStep end();
+  bool read_run(TileBoulder* out, unsigned count);
+  void read_attributes(const AttributeModels& models, TileBoulder* out, unsigned count);
+  TileStep corrupt();
 
-  const std::uint8_t* next_ = nullptr;  ///< position bits
-  const std::uint8_t* end_ = nullptr;
+  BitReader in_;                              ///< position bits
   const std::uint8_t* attributes_ = nullptr;  ///< rANS bytes
   const std::uint8_t* attributes_end_ = nullptr;
-  std::uint32_t buffer_ = 0;  ///< the next bits, left-aligned
-  unsigned held_ = 0;         ///< bits in it
-  unsigned beyond_ = 0;       ///< of these, zeros from beyond the end
   std::uint32_t state_ = 0;
   std::uint32_t last_state_ = 0;  ///< in which the attributes must end
   std::uint32_t count_ = 0;

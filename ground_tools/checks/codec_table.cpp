@@ -173,6 +173,13 @@ std::vector<TableBoulder> rosco(const fs::path& path, double pixel_m, MapExtent&
 
 int main(int argc, char** argv) {
   MapExtent extent;
+  if (argc > 2 && std::string(argv[1]) == "--map") {  // for `make bench-decode`
+    std::vector<TableBoulder> boulders = uniform_ground(4000, 1e5, extent, 2);
+    give_attributes(boulders, 2.0, 0.7, 0.5);
+    const std::vector<std::uint8_t> file = encode_cmap(boulders, extent, kQuantum_m, {});
+    write_file(argv[2], {reinterpret_cast<const char*>(file.data()), file.size()});
+    return 0;
+  }
   fmt::print(
       "positions      boulders      G/N    bytes   tiles    limit     cmap   ratio    zstd      xz\n"
       "                                                bit each bit each  cmap and others / limit\n");

@@ -262,10 +262,13 @@ bool read_tile(const OrbitalMap& map, std::uint32_t index, std::vector<TableBoul
   cmap::TileDecoder decoder;
   if (!decoder.start(map.models(), tile.shape, tile.payload, tile.bytes - cmap::kCrcBytes)) return false;
   const std::size_t before = out.size();
-  cmap::TileBoulder coded;
-  cmap::TileStep step = decoder.next(map.models(), coded);
-  for (; step == cmap::TileStep::kBoulder; step = decoder.next(map.models(), coded))
-    out.push_back(boulder_of(map, tile, coded));
+  std::array<cmap::TileBoulder, 64> coded;
+  cmap::TileStep step = cmap::TileStep::kMore;
+  while (step == cmap::TileStep::kMore) {
+    unsigned given = 0;
+    step = decoder.read(map.models(), coded.data(), static_cast<unsigned>(coded.size()), given);
+    for (unsigned i = 0; i < given; ++i) out.push_back(boulder_of(map, tile, coded[i]));
+  }
   if (step == cmap::TileStep::kCorrupt) out.resize(before);
   return step == cmap::TileStep::kEnd;
 }
