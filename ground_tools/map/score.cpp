@@ -28,6 +28,28 @@ class ByEast {
   std::vector<TableBoulder> boulders_;
 };
 
+/// The entry nearest to a rock that belongs to it; null where there is none.
+const TableBoulder* nearest_entry(const ByEast& entries, const TableBoulder& rock,
+                                  const ScoreParams& params) {
+  const TableBoulder* nearest = nullptr;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  entries.within(rock.p_map_m, std::max(params.distance_m, 0.5 * rock.diameter_m),
+                 [&](const TableBoulder& entry, double distance_m) {
+                   if (distance_m >= nearest_m) return;
+                   nearest_m = distance_m;
+                   nearest = &entry;
+                 });
+  return nearest;
+}
+
+/// The upper one of an even number; 0 of none.
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 void score_recall(const ByEast& entries, const std::vector<TableBoulder>& truth, const MapExtent& extent,
                   const ScoreParams& params, MapScore& score) {
   std::vector<double> errors_m;
@@ -36,23 +58,15 @@ void score_recall(const ByEast& entries, const std::vector<TableBoulder>& truth,
     if (rock.diameter_m < params.recall_diameter_m || !extent.contains(rock.p_map_m, params.margin_m))
       continue;
     ++score.rocks;
-    double nearest_m = std::numeric_limits<double>::infinity();
-    Vec2 nearest_shift_m(0.0, 0.0);
-    entries.within(rock.p_map_m, std::max(params.distance_m, 0.5 * rock.diameter_m),
-                   [&](const TableBoulder& entry, double distance_m) {
-                     if (distance_m >= nearest_m) return;
-                     nearest_m = distance_m;
-                     nearest_shift_m = entry.p_map_m - rock.p_map_m;
-                   });
-    if (nearest_m == std::numeric_limits<double>::infinity()) continue;
+    const TableBoulder* nearest = nearest_entry(entries, rock, params);
+    if (nearest == nullptr) continue;
     ++score.found;
-    errors_m.push_back(nearest_m);
-    shift_m += nearest_shift_m;
+    const Vec2 shift = nearest->p_map_m - rock.p_map_m;
+    errors_m.push_back(shift.norm());
+    shift_m += shift;
   }
   if (errors_m.empty()) return;
-  const auto middle = errors_m.begin() + static_cast<std::ptrdiff_t>(errors_m.size() / 2);
-  std::nth_element(errors_m.begin(), middle, errors_m.end());
-  score.median_error_m = *middle;
+  score.median_error_m = median_of(errors_m);
   score.mean_shift_map_m = shift_m / static_cast<double>(errors_m.size());
 }
 
@@ -81,6 +95,44 @@ MapScore score_map(const std::vector<TableBoulder>& entries, const std::vector<T
   score_recall(ByEast(entries), truth, extent, params, score);
   score_precision(entries, ByEast(truth), largest_m, extent, params, score);
   return score;
+}
+
+std::vector<SizeClass> score_by_size(const std::vector<TableBoulder>& entries,
+                                     const std::vector<TableBoulder>& truth, const MapExtent& extent,
+                                     const ScoreParams& params) {
+  double largest_m = 0.0;
+  for (const TableBoulder& rock : truth) {
+    if (extent.contains(rock.p_map_m, params.margin_m)) largest_m = std::max(largest_m, rock.diameter_m);
+  }
+  const ByEast by_east(entries);
+  std::vector<SizeClass> classes;
+  for (double from_m = params.recall_diameter_m; from_m <= largest_m; from_m *= 2.0) {
+    SizeClass c;
+    c.from_m = from_m;
+    c.to_m = 2.0 * from_m;
+    std::vector<double> errors_m;
+    std::vector<double> ratios;
+    for (const TableBoulder& rock : truth) {
+      if (rock.diameter_m < c.from_m || rock.diameter_m >= c.to_m ||
+          !extent.contains(rock.p_map_m, params.margin_m)) {
+        continue;
+      }
+      ++c.rocks;
+      const TableBoulder* nearest = nearest_entry(by_east, rock, params);
+      if (nearest == nullptr) continue;
+      ++c.found;
+      errors_m.push_back((nearest->p_map_m - rock.p_map_m).norm());
+      ratios.push_back(nearest->diameter_m / rock.diameter_m);
+    }
+    c.median_error_m = median_of(errors_m);
+    c.diameter_ratio = median_of(ratios);
+    classes.push_back(c);
+  }
+  return classes;
+}
+
+double sunward_shift_m(const MapScore& score, const Sun& sun) {
+  return score.mean_shift_map_m.dot(sun_direction_map(sun));
 }
 
 }  // namespace cairn::ground

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "map/boulder_table.hpp"
+#include "map/sun.hpp"
 
 namespace cairn::ground {
 
@@ -32,5 +33,24 @@ struct MapScore {
 /// Compares `entries` (a map that covers `extent`) with `truth`.
 MapScore score_map(const std::vector<TableBoulder>& entries, const std::vector<TableBoulder>& truth,
                    const MapExtent& extent, const ScoreParams& params = {});
+
+/// How the rocks of one range of diameters were found.
+struct SizeClass {
+  double from_m = 0.0;
+  double to_m = 0.0;
+  std::size_t rocks = 0;
+  std::size_t found = 0;
+  double median_error_m = 0.0;  ///< of found rocks; 0 where none was found
+  double diameter_ratio = 0.0;  ///< entry's over rock's, median over found rocks; 0 where none was found
+  double recall() const { return rocks == 0 ? 0.0 : static_cast<double>(found) / static_cast<double>(rocks); }
+};
+
+/// By classes of diameter that double from `params.recall_diameter_m` on, up to the largest rock.
+std::vector<SizeClass> score_by_size(const std::vector<TableBoulder>& entries,
+                                     const std::vector<TableBoulder>& truth, const MapExtent& extent,
+                                     const ScoreParams& params = {});
+
+/// The mean shift along the sun's azimuth: positive = entries lie towards the sun, negative = in the shadow.
+double sunward_shift_m(const MapScore& score, const Sun& sun);
 
 }  // namespace cairn::ground

@@ -1,6 +1,8 @@
 // The score of a map, on cases small enough to count by hand.
 #include "map/score.hpp"
 
+#include <cmath>
+
 #include "support/cmocka.hpp"
 
 using namespace cairn;
@@ -42,6 +44,24 @@ void test_counted_by_hand(void**) {
   assert_near(s.median_error_m, 0.45, 1e-12);
   assert_near(s.mean_shift_map_m.x(), 0.025, 1e-12);
   assert_near(s.mean_shift_map_m.y(), 0.225, 1e-12);
+  // sun in the north, south, east, and in between
+  assert_near(sunward_shift_m(s, parse_sun("30,0")), 0.225, 1e-12);
+  assert_near(sunward_shift_m(s, parse_sun("30,180")), -0.225, 1e-12);
+  assert_near(sunward_shift_m(s, parse_sun("30,90")), 0.025, 1e-12);
+  assert_near(sunward_shift_m(s, parse_sun("30,45")), 0.25 * std::sqrt(0.5), 1e-12);
+
+  const std::vector<SizeClass> classes = score_by_size(entries, truth, kExtent);
+  assert_int_equal(classes.size(), 3);  // 0.15 to 0.3, 0.6, 1.2 m
+  assert_near(classes[2].to_m, 1.2, 1e-12);
+  assert_int_equal(classes[0].rocks, 2);
+  assert_int_equal(classes[0].found, 1);
+  assert_near(classes[0].recall(), 0.5, 1e-12);
+  assert_near(classes[0].median_error_m, 0.05, 1e-12);
+  assert_near(classes[0].diameter_ratio, 0.5, 1e-12);
+  assert_int_equal(classes[1].rocks, 0);
+  assert_near(classes[1].recall(), 0.0, 0.0);
+  assert_int_equal(classes[2].found, 1);
+  assert_near(classes[2].diameter_ratio, 0.1, 1e-12);
 }
 
 void test_nothing_to_count(void**) {
@@ -50,6 +70,7 @@ void test_nothing_to_count(void**) {
   const MapScore s = score_map(entries, truth, kExtent);
   assert_near(s.recall(), 0.0, 0.0);
   assert_near(s.precision(), 0.0, 0.0);
+  assert_true(score_by_size(entries, truth, kExtent).empty());
 }
 
 }  // namespace
