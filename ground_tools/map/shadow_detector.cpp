@@ -197,8 +197,8 @@ bool before(const Candidate& a, const Candidate& b) {
   return a.across < b.across;
 }
 bool stronger(const Candidate& a, const Candidate& b) {
-  const double x = a.confidence * a.confidence * std::sqrt(a.explained);
-  const double y = b.confidence * b.confidence * std::sqrt(b.explained);
+  const double x = std::sqrt(a.confidence) * a.explained;
+  const double y = std::sqrt(b.confidence) * b.explained;
   return x != y ? x > y : before(a, b);
 }
 
@@ -211,11 +211,11 @@ bool overlap(const Candidate& a, const Candidate& b) {
   return du * du + dv * dv < near * near;
 }
 
-constexpr std::size_t kFeatures = 16;
+constexpr std::size_t kFeatures = 18;
 using Features = std::array<double, kFeatures>;
 
 /// What a fit looks like, for the confidence.
-Features features_of(const ShadowFit& f) {
+Features features_of(const ShadowFit& f, double tan_elevation) {
   const double contrast = f.ground - f.dark;
   const double x = std::log(contrast / f.noise);
   const double beside = std::clamp(f.beside, -0.5, 1.0);
@@ -226,14 +226,17 @@ Features features_of(const ShadowFit& f) {
   const double step = std::clamp(f.step, 0.0, 2.5);
   const double spread = std::min(f.spread, 1.0);
   const double reach = std::log(f.reach_px / f.along_px);
+  const double lower =
+      std::min(1.0 / tan_elevation, 4.0) - 1.0;  // the lower the sun, the brighter what faces it
   const double size = std::log(f.across_px);
-  return {1.0,           x,    x * x,  beside, beyond, before,  before * before, lit, lit * lit, round,
-          round * round, step, spread, reach,  size,   size * x};
+  return {1.0,  x,         x * x,       beside,        beyond, before, before * before,
+          lit,  lit * lit, round,       round * round, step,   spread, reach,
+          size, size * x,  lit * lower, before * lower};
 }
 
 /// Logistic regression on fits in rendered fields: 5, 10, 20 mm and 25 cm pixels under four suns.
-constexpr Features kWeights = {-3.782, 2.585,  0.267,  -2.297, -1.201, 0.394, -0.942, 2.311,
-                               0.044,  -2.272, -1.422, -0.506, -6.225, 1.842, 1.163,  0.175};
+constexpr Features kWeights = {-3.161, 2.372,  0.265,  -2.362, -0.575, 0.165, -1.162, 2.036, 0.317,
+                               -2.032, -2.863, -0.446, -5.727, 1.286,  0.484, 0.405,  0.104, 0.368};
 
 double confidence_of(const Features& features) {
   double z = 0.0;
@@ -283,7 +286,7 @@ ShadowView shadow_view(const Sun& sun, const GeoTransform& geo) {
 
 int shadow_reach_px(const ShadowView& view, const ShadowParams& params) {
   const int scale = 1 << (levels_for(params, view.pixel_m) - 1);
-  const int fit = wander_px(view.tan_elevation) + kFarRadius + kMaximumRadius + 4;
+  const int fit = wander_px(view.tan_elevation) + kFarRadius + kMaximumRadius + 6;
   const auto chain = static_cast<int>(std::ceil(kRounds * 0.8 * kMostSize_px));
   return scale * (2 * fit + chain) + 2 * scale;
 }
@@ -306,7 +309,7 @@ std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const
     const ImageU8 grey = shift == 0 ? tile.grey : level.grey_view();
     const ImageU8 valid = shift == 0 ? tile.valid : level.valid_view();
     // spots near enough to the core to matter
-    const int margin = (chain >> shift) + wander_px(view.tan_elevation) + 2;
+    const int margin = (chain >> shift) + wander_px(view.tan_elevation) + kMaximumRadius + 4;
     const int x0 = std::max(rect.x0, (core.x0 >> shift) - margin);
     const int y0 = std::max(rect.y0, (core.y0 >> shift) - margin);
     const int x1 = std::min(rect.x0 + rect.width, ((core.x0 + core.width) >> shift) + margin + 1);
@@ -320,16 +323,16 @@ std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const
     for (const Spot& spot : maxima(darkness(grey, valid, where, params.seed_contrast), where)) {
       const ShadowFit f = fitter.fit(grey, valid, spot.x, spot.y, least);
       if (!f.found) continue;
-      if (f.across_px > 0.985 * kFitMostAcross_px && shift + 1 < levels) continue;  // the next level's
+      if (f.across_px > 0.93 * kFitMostAcross_px && shift + 1 < levels) continue;  // the next level's
       Candidate c;
-      c.u = (f.u_px + rect.x0) * scale + offset;
-      c.v = (f.v_px + rect.y0) * scale + offset;
+      c.u = (spot.x + rect.x0 + f.du_px) * scale + offset;
+      c.v = (spot.y + rect.y0 + f.dv_px) * scale + offset;
       c.across = f.across_px * scale;
       c.along = f.along_px * scale;
       c.reach = f.reach_px * scale;
       c.explained = f.explained * scale * scale;
       c.contrast = (f.ground - f.dark) / 255.0;
-      const Features features = features_of(f);
+      const Features features = features_of(f, view.tan_elevation);
       c.confidence = confidence_of(features);
       if (c.confidence < params.min_confidence) continue;
       candidates.push_back(c);
@@ -338,6 +341,10 @@ std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const
 
   // Of those that overlap, the strongest stays.
   std::sort(candidates.begin(), candidates.end(), before);
+  candidates.erase(
+      std::unique(candidates.begin(), candidates.end(),
+                  [](const Candidate& a, const Candidate& b) { return !before(a, b) && !before(b, a); }),
+      candidates.end());
   enum class State : std::uint8_t { kOpen, kKept, kBeaten };
   std::vector<State> state(candidates.size(), State::kOpen);
   const double widest = 0.8 * kMostSize_px * (1 << (levels - 1));

@@ -69,7 +69,7 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
       ++count;
     }
   }
-  if (missing > count / 3 || count == 0) return false;
+  if (missing > count || count == 0) return false;
   // the ground: what is most common; shadows and rocks are less than half of the window
   const auto quantile = [&](int rank) {
     int below = 0;
@@ -265,8 +265,8 @@ ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, in
   search(least_across_px, best, most);
   if (most <= 0.0) return fit;
   const Sums s = sums(best);
-  fit.u_px = u + best.a * cos_ - best.b * sin_;
-  fit.v_px = v + best.a * sin_ + best.b * cos_;
+  fit.du_px = best.a * cos_ - best.b * sin_;
+  fit.dv_px = best.a * sin_ + best.b * cos_;
   fit.across_px = best.across;
   fit.along_px = best.along;
   fit.reach_px = best.along * std::sqrt(1.0 + best.slope * best.slope);

@@ -32,8 +32,8 @@ inline constexpr double kFitMostAcross_px = 8.0;
 inline constexpr double kFitMostReach = 5.0;
 
 struct ShadowFit {
-  double u_px = 0.0;  ///< centre of the outline, pixels of the view
-  double v_px = 0.0;
+  double du_px = 0.0;  ///< centre of the outline from the spot, pixels of the view
+  double dv_px = 0.0;
   double across_px = 0.0;  ///< semi-axes
   double along_px = 0.0;
   double reach_px = 0.0;  ///< q
