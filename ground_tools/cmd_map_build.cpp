@@ -13,7 +13,6 @@
 #include "map/heights.hpp"
 #include "map/map_build.hpp"
 #include "map/quicklook.hpp"
-#include "map/tile_team.hpp"
 #include "output_file.hpp"
 #include "progress_line.hpp"
 #include "stop_signal.hpp"
@@ -41,8 +40,10 @@ struct BuildOptions {
   int band = 0;
   int tile_px = 0;
   int threads = 0;
-  std::string method = "otsu";
+  std::string method;  ///< empty = by what is known of the sun
+  std::string sun;     ///< empty = as the image's label has it
   DetectorParams detector;
+  ShadowParams shadow;
   CmapOptions coding;
   CmapSource labels;  ///< site, epoch and revision
 };
@@ -106,6 +107,36 @@ BuildSettings settings_of(const BuildOptions& options) {
   return settings;
 }
 
+/// The image and how boulders are found in it.
+TileInput open_input(const BuildOptions& options) {
+  TileInput input;
+  input.source = open_orthoimage(options.ortho, options.band);
+  Detection& detection = input.detection;
+  detection.otsu = options.detector;
+  detection.shadow = options.shadow;
+  std::optional<Sun> sun = input.source->facts().sun;
+  if (!options.sun.empty()) sun = parse_sun(options.sun);
+  if (options.method == "shadow" && !sun) {
+    throw ToolError("{}: its label does not tell where the sun stood; give --sun ELEVATION,AZIMUTH",
+                    options.ortho.string());
+  }
+  const bool shadow = options.method.empty() ? sun.has_value() : options.method == "shadow";
+  detection.method = shadow ? cmap::Method::kShadow : cmap::Method::kOtsu;
+  if (sun) detection.sun = *sun;
+  return input;
+}
+
+/// In one line: what is done, and why.
+void tell_method(const BuildOptions& options, const TileInput& input) {
+  if (input.detection.method == cmap::Method::kShadow) {
+    fmt::print("method shadow: sun at {} (elevation, azimuth in degrees) from {}\n",
+               to_text(input.detection.sun), options.sun.empty() ? "the image's label" : "--sun");
+  } else {
+    fmt::print("method otsu{}\n",
+               options.method.empty() ? ": where the sun stood is not known (see --sun)" : "");
+  }
+}
+
 void leave_out_small(Prepared& made, const BuildOptions& options) {
   if (options.min_diameter_m <= 0.0) return;
   made.source.parameters += fmt::format(" min_diameter_m={}", options.min_diameter_m);
@@ -117,25 +148,31 @@ void leave_out_small(Prepared& made, const BuildOptions& options) {
 
 void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   OutputFile map(options.output);  // first, so that a folder that cannot be written is told before the work
-  const std::unique_ptr<RasterSource> source = open_orthoimage(options.ortho, options.band);
-  const RasterFacts& facts = source->facts();
+  const TileInput input = open_input(options);
+  const RasterFacts& facts = input.source->facts();
+  tell_method(options, input);
   const StopSignal signal;
   ProgressLine progress(fmt::format("map build {}", options.ortho.filename().string()));
   BuildSettings settings = settings_of(options);
   settings.done = [&](double share) { progress.show(share); };
   settings.stop = [&] { return signal.asked(); };
   settings.say = [&](const std::string& line) { fmt::print(stderr, "{}\n", line); };
-  MapBuild build(*source, options.detector, settings, ranks);
+  MapBuild build(*input.source, input.detection, settings, ranks);
   Prepared made;
   made.boulders = build.run();
   progress.clear();
   made.extent = extent_of(facts.geo, facts.width, facts.height);
-  made.source = {cmap::Method::kOtsu, facts.geo.pixel_m(), to_text(options.detector), facts.reference_system};
+  made.source.method = input.detection.method;
+  made.source.pixel_m = facts.geo.pixel_m();
+  made.source.parameters = to_text(input.detection);
+  made.source.reference_system = facts.reference_system;
   leave_out_small(made, options);
   if (made.boulders.empty()) {
     build.finished();
-    throw ToolError("{}: no boulder found; try a smaller --min-area, --min-diameter or --threshold-scale",
-                    options.ortho.string());
+    throw ToolError("{}: no boulder found; try a smaller {}", options.ortho.string(),
+                    input.detection.method == cmap::Method::kShadow
+                        ? "--min-confidence or --min-diameter"
+                        : "--min-area, --min-diameter or --threshold-scale");
   }
   write_products(options, made, map);
   build.finished();
@@ -158,8 +195,7 @@ void build_from_table(const BuildOptions& options) {
 void build(const BuildOptions& options) {
   const MpiRanks ranks;
   if (ranks.rank() > 0) {
-    MapBuild::follow([&] { return open_orthoimage(options.ortho, options.band); }, options.detector,
-                     settings_of(options), ranks);
+    MapBuild::follow([&] { return open_input(options); }, settings_of(options), ranks);
     return;
   }
   const TileLead lead(ranks);
@@ -227,8 +263,22 @@ void add_map_build(CLI::App& map) {
       "keep what is finished in this file, so that a run that was stopped goes on (default: "
       "OUTPUT.part for images of 64 Mpixel and more)");
   const char* detector = "Detector";
-  build_app->add_option("--method", o.method, "otsu: the paper's detector")
-      ->check(CLI::IsMember({"otsu"}))
+  build_app
+      ->add_option(
+          "--method", o.method,
+          "shadow: pairs bodies and shadows along the sun's direction (default where the sun is known); "
+          "otsu: the paper's detector")
+      ->check(CLI::IsMember({"otsu", "shadow"}))
+      ->group(detector);
+  build_app
+      ->add_option(
+          "--sun", o.sun,
+          "ELEVATION,AZIMUTH in degrees, azimuth towards the sun, clockwise from north (default: as the "
+          "image's label has it)")
+      ->group(detector);
+  build_app
+      ->add_option("--min-confidence", o.shadow.min_confidence,
+                   "shadow: what is less likely a boulder is left out")
       ->capture_default_str()
       ->group(detector);
   build_app

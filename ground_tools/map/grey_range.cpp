@@ -47,10 +47,10 @@ void for_each_value(RasterReader& reader, const PixelBox& tile, const Take& take
 }
 
 [[noreturn]] void refuse_void(const std::string& name) {
-  throw ToolError("{}: every pixel is marked as no data; check the no-data value, mask or alpha band", name);
+  throw BadImage("{}: every pixel is marked as no data; check the no-data value, mask or alpha band", name);
 }
 [[noreturn]] void refuse_flat(const std::string& name, double value) {
-  throw ToolError(
+  throw BadImage(
       "{}: every valid pixel has the same value ({}), so there is nothing to detect; check the file", name,
       value);
 }

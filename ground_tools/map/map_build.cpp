@@ -34,7 +34,7 @@ std::string text_of(const RasterFacts& facts, const Detection& detection, const 
   for (const double c : facts.geo.c) geo += fmt::format(" {}", c);
   return fmt::format("records 1\nsize {} {} depth {} geo{}\ntiles {} {}\n{}\n{}", facts.width, facts.height,
                      static_cast<int>(facts.depth), geo, grid.tile_width, grid.tile_height,
-                     to_text(detection.otsu), facts.identity);
+                     to_text(detection), facts.identity);
 }
 
 void check_settings(const BuildSettings& settings) {
@@ -48,11 +48,9 @@ void check_settings(const BuildSettings& settings) {
 }  // namespace
 
 struct MapBuild::Inside {
-  Inside(const RasterSource& source, const DetectorParams& params, BuildSettings asked, const MpiRanks& ranks)
+  Inside(const RasterSource& source, const Detection& detection, BuildSettings asked, const MpiRanks& ranks)
       : settings(std::move(asked)),
-        job{source,
-            {params},
-            tiles_of(source.facts(), settings.tile_px, reach_px({params}, source.facts().geo.pixel_m()))},
+        job{source, detection, tiles_of(source.facts(), detection, settings.tile_px)},
         team(job, threads_to_use(settings.threads, ranks), ranks),
         state(source.facts().box().pixels() >= settings.state_from_px ? settings.state
                                                                       : std::filesystem::path(),
@@ -62,6 +60,7 @@ struct MapBuild::Inside {
   void tell_state() const;
   void round(const RoundInput& input, double from, double to, const TakeRecord& add);
   GreyRange find_range(double to);
+  BlockDarkness find_darkness(RoundInput input, double from, double to);
   std::vector<TableBoulder> gather();
 
   BuildSettings settings;
@@ -129,58 +128,74 @@ GreyRange MapBuild::Inside::find_range(double to) {
 /// Tile by tile in their order: what lies within one, and what several share.
 std::vector<TableBoulder> MapBuild::Inside::gather() {
   TileJoiner joiner;
+  GreyContent content;
   std::vector<FoundBoulder> found;
   for (std::uint32_t tile = 0; tile < job.grid.size(); ++tile) {
     const TileBoulders here = tile_boulders(state.get(static_cast<std::uint8_t>(Round::kBoulders), tile));
     found.insert(found.end(), here.found.begin(), here.found.end());
     joiner.add(here.shared, job.grid.starts_row(tile));
+    content.add(here.content);
   }
+  if (job.detection.method == cmap::Method::kShadow) content.check(facts().name);
   const std::vector<FoundBoulder> joined = boulders_of(joiner.finish(), job.detection.otsu, facts().geo);
   found.insert(found.end(), joined.begin(), joined.end());
-  std::sort(found.begin(), found.end(),
-            [](const FoundBoulder& a, const FoundBoulder& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
+  // Of one pixel, those of one tile keep their order.
+  std::stable_sort(found.begin(), found.end(), [](const FoundBoulder& a, const FoundBoulder& b) {
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+  });
   std::vector<TableBoulder> boulders;
   boulders.reserve(found.size());
   for (const FoundBoulder& each : found) boulders.push_back(each.boulder);
   return boulders;
 }
 
-MapBuild::MapBuild(const RasterSource& source, const DetectorParams& params, BuildSettings settings,
+MapBuild::MapBuild(const RasterSource& source, const Detection& detection, BuildSettings settings,
                    const MpiRanks& ranks) {
-  check(params);
+  check(detection);
   check_settings(settings);
   bound_gdal_cache();
-  inside_ = std::make_unique<Inside>(source, params, std::move(settings), ranks);
+  inside_ = std::make_unique<Inside>(source, detection, std::move(settings), ranks);
 }
 
 MapBuild::~MapBuild() = default;
 
+/// The thresholds of the paper's detector.
+BlockDarkness MapBuild::Inside::find_darkness(RoundInput input, double from, double to) {
+  const DetectorParams& params = job.detection.otsu;
+  const DetectorPixels pixels = on_pixels(params, facts().geo.pixel_m());
+  BlockStatistics statistics(BlockGrid(facts().width, facts().height, pixels.block));
+  input.round = Round::kStatistics;
+  round(input, from, to, [&](std::uint32_t, Bytes&& record) { statistics.add(record); });
+  return statistics.finish({params.threshold_scale, params.noise_sigmas}, facts().name);
+}
+
 std::vector<TableBoulder> MapBuild::run() {
   Inside& in = *inside_;
   in.tell_state();
-  // Shares of the time, as measured.
-  const bool stretched = in.facts().depth != PixelDepth::kEight;
-  const double begun = stretched ? 0.2 : 0.0;
-  const double middle = begun + 0.45 * (1.0 - begun);
-  RoundInput input;
-  if (stretched) input.range = in.find_range(begun);
-  const DetectorPixels pixels = on_pixels(in.job.detection.otsu, in.facts().geo.pixel_m());
-  BlockStatistics statistics(BlockGrid(in.facts().width, in.facts().height, pixels.block));
-  input.round = Round::kStatistics;
-  in.round(input, begun, middle, [&](std::uint32_t, Bytes&& record) { statistics.add(record); });
-  const DetectorParams& params = in.job.detection.otsu;
-  input.darkness = statistics.finish({params.threshold_scale, params.noise_sigmas}, in.facts().name);
-  input.round = Round::kBoulders;
-  in.round(input, middle, 1.0, {});
-  return in.gather();
+  try {
+    // Shares of the time, as measured.
+    const bool stretched = in.facts().depth != PixelDepth::kEight;
+    const bool otsu = in.job.detection.method == cmap::Method::kOtsu;
+    const double begun = !stretched ? 0.0 : otsu ? 0.2 : 0.02;
+    const double middle = otsu ? begun + 0.45 * (1.0 - begun) : begun;
+    RoundInput input;
+    if (stretched) input.range = in.find_range(begun);
+    if (otsu) input.darkness = in.find_darkness(input, begun, middle);
+    input.round = Round::kBoulders;
+    in.round(input, middle, 1.0, {});
+    return in.gather();
+  } catch (const BadImage&) {
+    in.state.remove();  // nothing to go on with
+    throw;
+  }
 }
 
 void MapBuild::finished() { inside_->state.remove(); }
 
-void MapBuild::follow(const std::function<std::unique_ptr<RasterSource>()>& open,
-                      const DetectorParams& params, const BuildSettings& settings, const MpiRanks& ranks) {
+void MapBuild::follow(const std::function<TileInput()>& open, const BuildSettings& settings,
+                      const MpiRanks& ranks) {
   bound_gdal_cache();
-  follow_tile_team(open, {params}, threads_to_use(settings.threads, ranks), ranks);
+  follow_tile_team(open, threads_to_use(settings.threads, ranks), ranks);
 }
 
 std::vector<TableBoulder> detect_boulders(const Raster& raster, const DetectorParams& params,
@@ -190,7 +205,9 @@ std::vector<TableBoulder> detect_boulders(const Raster& raster, const DetectorPa
   BuildSettings settings;
   settings.threads = 1;
   settings.done = done;
-  return MapBuild(*source, params, settings, alone).run();
+  Detection detection;
+  detection.otsu = params;
+  return MapBuild(*source, detection, settings, alone).run();
 }
 
 }  // namespace cairn::ground

@@ -20,6 +20,7 @@
 #include "map/detector.hpp"
 #include "map/mpi_ranks.hpp"
 #include "map/raster_source.hpp"
+#include "map/tile_team.hpp"
 
 namespace cairn::ground {
 
@@ -43,7 +44,7 @@ inline constexpr int kMostThreads = 1024;
 
 class MapBuild {
  public:
-  MapBuild(const RasterSource& source, const DetectorParams& params, BuildSettings settings,
+  MapBuild(const RasterSource& source, const Detection& detection, BuildSettings settings,
            const MpiRanks& ranks);
   ~MapBuild();
   MapBuild(const MapBuild&) = delete;
@@ -55,8 +56,8 @@ class MapBuild {
   /// The boulders are where they should be: the partial state goes.
   void finished();
   /// Ranks 1 and on: works for rank 0 until its TileLead (tile_team.hpp) ends.
-  static void follow(const std::function<std::unique_ptr<RasterSource>()>& open, const DetectorParams& params,
-                     const BuildSettings& settings, const MpiRanks& ranks);
+  static void follow(const std::function<TileInput()>& open, const BuildSettings& settings,
+                     const MpiRanks& ranks);
 
  private:
   struct Inside;

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "map/reference_system.hpp"
+#include "map/sun_label.hpp"
 #include "quiet_gdal.hpp"
 #include "tool_error.hpp"
 
@@ -85,21 +86,6 @@ std::string identity_of(GDALDataset& data) {
   }
   CSLDestroy(files);
   return text;
-}
-
-std::vector<std::string> tags_of(GDALDataset& data) {
-  std::vector<std::string> tags;
-  char** const domains = data.GetMetadataDomainList();
-  const auto take = [&](const char* domain) {
-    char** const metadata = data.GetMetadata(domain);
-    for (int i = 0; i < CSLCount(metadata); ++i) tags.emplace_back(metadata[i]);
-  };
-  take("");
-  for (int i = 0; i < CSLCount(domains); ++i) {
-    if (domains[i][0] != '\0') take(domains[i]);
-  }
-  CSLDestroy(domains);
-  return tags;
 }
 
 /// What of a band is missing, apart from what is no number.
@@ -190,7 +176,7 @@ class GdalReader final : public RasterReader {
         band.RasterIO(GF_Read, box.x0, box.y0, box.width(), box.height(), to, box.width(), box.height(), type,
                       bytes, static_cast<GSpacing>(bytes) * stride, nullptr);
     if (result != CE_None) {
-      throw ToolError("{}: cannot be read to its end{}; is the file whole?", name_, quiet_.reason());
+      throw BadImage("{}: cannot be read to its end{}; is the file whole?", name_, quiet_.reason());
     }
   }
 
@@ -263,7 +249,8 @@ class GdalSource final : public RasterSource {
       facts_.all_valid = facts_.all_valid && data->GetRasterBand(b)->GetMaskFlags() == GMF_ALL_VALID;
     data->GetRasterBand(bands_[0])->GetBlockSize(&facts_.block_width, &facts_.block_height);
     facts_.identity = identity_of(*data);
-    facts_.tags = tags_of(*data);
+    for (const int b : bands_) facts_.identity += fmt::format("band {}\n", b);
+    facts_.sun = find_sun(*data);
   }
 
   const RasterFacts& facts() const override { return facts_; }

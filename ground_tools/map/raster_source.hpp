@@ -5,13 +5,21 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
-#include <vector>
 
 #include "map/pixel_box.hpp"
 #include "map/raster.hpp"
+#include "map/sun.hpp"
+#include "tool_error.hpp"
 
 namespace cairn::ground {
+
+/// The pixels themselves are of no use: the file ends early, nothing is valid, or all is one value.
+class BadImage : public ToolError {
+ public:
+  using ToolError::ToolError;
+};
 
 /// Pixel values that become 0 and 255.
 struct GreyRange {
@@ -36,8 +44,8 @@ struct RasterFacts {
   bool all_valid = true;  ///< no mask, no-data value or NaN can occur
   int block_width = 0;    ///< pixels that the file keeps together
   int block_height = 0;
-  std::string identity;           ///< of the file's bytes, as far as size and time tell; empty for memory
-  std::vector<std::string> tags;  ///< KEY=VALUE of the file's label, all domains that GDAL gives as text
+  std::string identity;  ///< of the file and the bands taken, as far as size and time tell; empty for memory
+  std::optional<Sun> sun;  ///< where the file's label tells it
 
   PixelBox box() const { return {0, 0, width, height}; }
 };

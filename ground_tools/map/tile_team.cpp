@@ -198,9 +198,8 @@ bool TileTeam::run(const RoundInput& input, const std::vector<std::uint32_t>& to
   return true;
 }
 
-void follow_tile_team(const std::function<std::unique_ptr<RasterSource>()>& open, const Detection& detection,
-                      int threads, const MpiRanks& ranks) {
-  std::unique_ptr<RasterSource> source;
+void follow_tile_team(const std::function<TileInput()>& open, int threads, const MpiRanks& ranks) {
+  TileInput about;
   std::unique_ptr<TileJob> job;
   RoundInput input;
   std::unique_ptr<Workers> workers;
@@ -218,8 +217,8 @@ void follow_tile_team(const std::function<std::unique_ptr<RasterSource>()>& open
         const auto tiles = reader.get_all<std::uint32_t>();
         workers.reset();
         read(reader, input);
-        if (!source) source = open();
-        job.reset(new TileJob{*source, detection, grid});
+        if (!about.source) about = open();
+        job.reset(new TileJob{*about.source, about.detection, grid});
         workers = std::make_unique<Workers>(*job, input, tiles, threads);
       }
       Record record;

@@ -21,7 +21,8 @@ struct TileJob {
 /// Takes each tile's record, on the thread that called, in no order that may be relied on.
 using TakeRecord = std::function<void(std::uint32_t tile, Bytes&& record)>;
 
-/// Rank 0 leads while this lives; at its end, whatever the reason, the other ranks hear that there is no more.
+/// Rank 0 leads while this lives; at its end, whatever the reason, the other ranks hear that there is no
+/// more.
 class TileLead {
  public:
   explicit TileLead(const MpiRanks& ranks) : ranks_(ranks) {}
@@ -54,9 +55,14 @@ class TileTeam {
   const MpiRanks& ranks_;
 };
 
-/// The other ranks' side: works until rank 0 says that there is no more. `open` gives the job at the first
-/// round; what it throws goes to rank 0.
-void follow_tile_team(const std::function<std::unique_ptr<RasterSource>()>& open, const Detection& detection,
-                      int threads, const MpiRanks& ranks);
+/// What a build starts from.
+struct TileInput {
+  std::unique_ptr<RasterSource> source;
+  Detection detection;
+};
+
+/// The other ranks' side: works until rank 0 says that there is no more. `open` is called at the first round;
+/// what it throws goes to rank 0.
+void follow_tile_team(const std::function<TileInput()>& open, int threads, const MpiRanks& ranks);
 
 }  // namespace cairn::ground

@@ -1,7 +1,11 @@
 #include "map/tile_work.hpp"
 
+#include <cmath>
+
 namespace cairn::ground {
 namespace {
+
+constexpr int kShadowTilePx = 4096;
 
 /// A FoundBoulder as plain numbers.
 struct Plain {
@@ -42,6 +46,7 @@ Bytes to_bytes(const TileBoulders& tile) {
   writer.put_all(tile.shared.open);
   for (const auto* side : {&tile.shared.top, &tile.shared.bottom, &tile.shared.left, &tile.shared.right})
     writer.put_all(*side);
+  writer.put(tile.content);
   return bytes;
 }
 
@@ -52,6 +57,35 @@ Bytes otsu_boulders(RasterReader& reader, const RasterFacts& facts, const Detect
   TileBoulders result;
   result.shared = dark_components(reader, input.range, facts, grid, input.darkness, pixels, tile);
   result.found = boulders_of(result.shared.closed, params, facts.geo);
+  return to_bytes(result);
+}
+
+/// Ordered by the pixel of the centroid, which lies in the tile.
+Bytes shadow_boulders(RasterReader& reader, const RasterFacts& facts, const Detection& detection,
+                      const RoundInput& input, const PixelBox& tile) {
+  const ShadowView view = shadow_view(detection.sun, facts.geo);
+  const PixelBox around = tile.grown(reach_px(detection, facts.geo), facts.box());
+  std::vector<std::uint8_t> grey(around.pixels());
+  std::vector<std::uint8_t> flags(facts.all_valid ? 0 : grey.size());
+  const bool any = reader.read(around, input.range, grey.data(), flags.data(), around.width());
+  TileBoulders result;
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    const std::size_t at =
+        static_cast<std::size_t>(y - around.y0) * static_cast<std::size_t>(around.width()) +
+        static_cast<std::size_t>(tile.x0 - around.x0);
+    result.content.add(&grey[at], any ? &flags[at] : nullptr, static_cast<std::size_t>(tile.width()));
+  }
+  for (std::uint8_t& flag : flags) flag = flag != 0 ? 0 : 255;  // missing becomes valid's opposite
+  GreyTile view_of_tile;
+  view_of_tile.rect = {around.x0, around.y0, around.width(), around.height()};
+  view_of_tile.grey = packed_view<const std::uint8_t>(grey.data(), around.width(), around.height());
+  if (any)
+    view_of_tile.valid = packed_view<const std::uint8_t>(flags.data(), around.width(), around.height());
+  const PixelRect core{tile.x0, tile.y0, tile.width(), tile.height()};
+  for (const ShadowBoulder& b : detect_boulders_by_shadow(view_of_tile, core, view, detection.shadow)) {
+    result.found.push_back({static_cast<int>(std::floor(b.v_px + 0.5)),
+                            static_cast<int>(std::floor(b.u_px + 0.5)), table_boulder(b, facts.geo)});
+  }
   return to_bytes(result);
 }
 
@@ -82,11 +116,33 @@ TileBoulders tile_boulders(const Bytes& record) {
   tile.shared.open = reader.get_all<Component>();
   for (auto* side : {&tile.shared.top, &tile.shared.bottom, &tile.shared.left, &tile.shared.right})
     *side = reader.get_all<BorderRun>();
+  tile.content = reader.get<GreyContent>();
   return tile;
 }
 
-int reach_px(const Detection& detection, double pixel_m) {
-  return on_pixels(detection.otsu, pixel_m).reach();
+void check(const Detection& detection) {
+  if (detection.method == cmap::Method::kShadow) {
+    check(detection.shadow);
+  } else {
+    check(detection.otsu);
+  }
+}
+
+std::string to_text(const Detection& detection) {
+  return detection.method == cmap::Method::kShadow ? to_text(detection.shadow, detection.sun)
+                                                   : to_text(detection.otsu);
+}
+
+int reach_px(const Detection& detection, const GeoTransform& geo) {
+  if (detection.method == cmap::Method::kShadow)
+    return shadow_reach_px(shadow_view(detection.sun, geo), detection.shadow);
+  return on_pixels(detection.otsu, geo.pixel_m()).reach();
+}
+
+TileGrid tiles_of(const RasterFacts& facts, const Detection& detection, int side) {
+  // The shadow detector holds a tile with all around it in memory, and looks there for little.
+  const bool shadow = detection.method == cmap::Method::kShadow;
+  return tiles_of(facts, shadow && side == 0 ? kShadowTilePx : side, reach_px(detection, facts.geo));
 }
 
 Bytes work_on_tile(RasterReader& reader, const RasterFacts& facts, const Detection& detection,
@@ -99,7 +155,10 @@ Bytes work_on_tile(RasterReader& reader, const RasterFacts& facts, const Detecti
       return tile_statistics(reader, input.range, facts, BlockGrid(facts.width, facts.height, pixels.block),
                              pixels.radius, tile);
     }
-    case Round::kBoulders: return otsu_boulders(reader, facts, detection.otsu, input, tile);
+    case Round::kBoulders:
+      return detection.method == cmap::Method::kShadow
+                 ? shadow_boulders(reader, facts, detection, input, tile)
+                 : otsu_boulders(reader, facts, detection.otsu, input, tile);
   }
   return {};
 }

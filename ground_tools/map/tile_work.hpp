@@ -8,6 +8,9 @@
 #include "map/byte_stream.hpp"
 #include "map/detector.hpp"
 #include "map/grey_range.hpp"
+#include "map/shadow_detector.hpp"
+#include "map/tile_grid.hpp"
+#include "orbital_map/cmap_format.hpp"
 
 namespace cairn::ground {
 
@@ -31,18 +34,31 @@ void read(ByteReader& from, RoundInput& input);
 
 /// What finds boulders, and how.
 struct Detection {
+  cmap::Method method = cmap::Method::kOtsu;  ///< or kShadow
   DetectorParams otsu;
+  ShadowParams shadow;
+  Sun sun;  ///< for kShadow
 };
+
+/// Throws ToolError that names the option, where a value of the method is out of its range.
+void check(const Detection& detection);
+
+/// Method and parameters as one line of text, e.g. for the map's parameter hash.
+std::string to_text(const Detection& detection);
 
 /// A record of Round::kBoulders.
 struct TileBoulders {
   std::vector<FoundBoulder> found;
   TileComponents shared;  ///< with other tiles; `closed` is empty
+  GreyContent content;    ///< of the tile, where no round before has looked at it (kShadow)
 };
 TileBoulders tile_boulders(const Bytes& record);
 
 /// How far a tile's result depends on the image around it.
-int reach_px(const Detection& detection, double pixel_m);
+int reach_px(const Detection& detection, const GeoTransform& geo);
+
+/// The tiles that suit a file and a method; squares of `side` pixels where that is not 0.
+TileGrid tiles_of(const RasterFacts& facts, const Detection& detection, int side);
 
 /// One round's work on one tile: a pure function of its arguments and of the pixels.
 Bytes work_on_tile(RasterReader& reader, const RasterFacts& facts, const Detection& detection,
