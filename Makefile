@@ -395,7 +395,7 @@ $(PAPER)/%/data/.rendered:
 	@touch $@
 define paper_rules
 $(PAPER)/$(1)/%.cmap: $(PAPER)/$(1)/data/.rendered
-	@$$(CAIRN) map build $$(<D)/ortho_$$*.tif -o $$@
+	@$$(CAIRN) map build $$(<D)/ortho_$$*.tif --method otsu -o $$@
 $(PAPER)/$(1)/rocks.cmap: $(PAPER)/$(1)/data/.rendered
 	@$$(CAIRN) map build --from-csv $$(<D)/truth_rocks.csv -o $$@
 $(PAPER)/$(1)/as_it_is/%/summary.json: $(PAPER)/$(1)/%.cmap

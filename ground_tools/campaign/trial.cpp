@@ -5,9 +5,11 @@
 
 #include "campaign/local_maps.hpp"
 #include "campaign/statistics.hpp"
+#include "core/assert.hpp"
 #include "map/cmap_file.hpp"
 #include "map/map_build.hpp"
 #include "map/raster.hpp"
+#include "map/raster_source.hpp"
 #include "output_file.hpp"
 #include "replay/summary.hpp"
 #include "sim/orthoimage.hpp"
@@ -76,19 +78,30 @@ std::vector<TrialMap> maps_of(const Trial& trial, const fs::path& folder, bool c
   return maps;
 }
 
-/// The paper's detector on orthoimages of the site.
+/// Maps as the ground segment makes them by default: the images' labels tell where the sun stood.
 void make_maps(const sim::World& world, const fs::path& folder, bool keep_ortho, std::vector<TrialMap>& maps,
                const ShareDone& progress) {
   std::vector<sim::OrthoProduct> products;
   for (const TrialMap& map : maps) products.push_back({folder / sim::ortho_name(map.pixel_m), map.pixel_m});
   sim::write_orthoimages(world, products, [&](double share) { progress(0.8 * share); });
-  const DetectorParams params;
+  const MpiRanks alone;
   for (TrialMap& map : maps) {
-    const Raster raster = read_orthoimage(folder / sim::ortho_name(map.pixel_m));
-    const std::vector<TableBoulder> found = detect_boulders(raster, params, [](double) {});
+    const std::unique_ptr<RasterSource> image = open_orthoimage(folder / sim::ortho_name(map.pixel_m), 0);
+    const RasterFacts& facts = image->facts();
+    CAIRN_ASSERT(facts.sun.has_value());
+    Detection detection;
+    detection.method = cmap::Method::kShadow;
+    detection.sun = *facts.sun;
+    MapBuild build(*image, detection, BuildSettings(), alone);
+    const std::vector<TableBoulder> found = build.run();
     map.boulders = static_cast<double>(found.size());
-    map.bytes = encode_cmap(found, extent_of(raster), suitable_quantum_m(map.pixel_m),
-                            {cmap::Method::kOtsu, map.pixel_m, to_text(params), raster.reference_system});
+    CmapSource source;
+    source.method = detection.method;
+    source.pixel_m = map.pixel_m;
+    source.parameters = to_text(detection);
+    source.reference_system = facts.reference_system;
+    map.bytes = encode_cmap(found, extent_of(facts.geo, facts.width, facts.height),
+                            suitable_quantum_m(map.pixel_m), source);
     make_folder(map.folder);
     write_file(map.folder / "site.cmap", {reinterpret_cast<const char*>(map.bytes.data()), map.bytes.size()});
   }
