@@ -11,8 +11,9 @@
 namespace cairn::ground {
 namespace {
 
-constexpr double kLeastAcross_px =
-    3.6;                        ///< on all levels but the first: half of kFitMostAcross_px, less a tenth
+/// Half widths across the sun that are a level's own: beyond, the next serves better; below, the one before.
+constexpr double kMostOwn_px = 7.5;
+constexpr double kLeastAcross_px = 3.2;
 constexpr int kNearRadius = 1;  ///< of the mean that is a spot
 constexpr int kFarRadius = 8;   ///< of the mean around it
 constexpr int kMaximumRadius = 2;
@@ -235,8 +236,8 @@ Features features_of(const ShadowFit& f, double tan_elevation) {
 }
 
 /// Logistic regression on fits in rendered fields: 5, 10, 20 mm and 25 cm pixels under four suns.
-constexpr Features kWeights = {-3.161, 2.372,  0.265,  -2.362, -0.575, 0.165, -1.162, 2.036, 0.317,
-                               -2.032, -2.863, -0.446, -5.727, 1.286,  0.484, 0.405,  0.104, 0.368};
+constexpr Features kWeights = {-1.170, 1.861,  0.308,  -2.336, 0.478, 0.113,  -0.939, 1.910, 0.562,
+                               -2.464, -4.082, -0.594, -6.085, 0.203, -0.051, 0.408,  0.283, 0.777};
 
 double confidence_of(const Features& features) {
   double z = 0.0;
@@ -247,7 +248,7 @@ double confidence_of(const Features& features) {
 int levels_for(const ShadowParams& params, double pixel_m) {
   const double most = 0.5 * std::min(params.max_diameter_px, params.max_diameter_m / pixel_m);
   int levels = 1;
-  while (levels < 8 && kFitMostAcross_px * 0.9 * (1 << (levels - 1)) < most) ++levels;
+  while (levels < 8 && kMostOwn_px * (1 << (levels - 1)) < most) ++levels;
   return levels;
 }
 
@@ -323,7 +324,7 @@ std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const
     for (const Spot& spot : maxima(darkness(grey, valid, where, params.seed_contrast), where)) {
       const ShadowFit f = fitter.fit(grey, valid, spot.x, spot.y, least);
       if (!f.found) continue;
-      if (f.across_px > 0.93 * kFitMostAcross_px && shift + 1 < levels) continue;  // the next level's
+      if (f.across_px > kMostOwn_px && shift + 1 < levels) continue;  // the next level's
       Candidate c;
       c.u = (spot.x + rect.x0 + f.du_px) * scale + offset;
       c.v = (spot.y + rect.y0 + f.dv_px) * scale + offset;

@@ -82,7 +82,7 @@ int shadow_reach_px(const ShadowView& view, const ShadowParams& params);
 
 /// The boulders whose centroid, rounded to a pixel, lies in `core`, by row and column. `tile` holds all of
 /// the image's pixels within shadow_reach_px() of `core`. The result is the union over any partition into
-/// cores, to the bit. Cost: about 0.2 s a megapixel.
+/// cores, to the bit. Cost: 0.2 to 0.7 s a megapixel, by the number of spots.
 std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const PixelRect& core,
                                                      const ShadowView& view, const ShadowParams& params);
 

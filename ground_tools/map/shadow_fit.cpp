@@ -13,6 +13,8 @@ constexpr double kRoundness = 0.25;   ///< of the prior that along = across
 constexpr double kTallness = 0.06;    ///< of the prior on height
 constexpr double kUsualHeight = 0.9;  ///< over the half width
 constexpr int kCore = 3;
+constexpr double kCentroid = 0.424413;  ///< of a half ellipse, 4 / (3 pi)
+constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations of the ground
 constexpr double kMostSlope = 4.8;
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
@@ -69,7 +71,7 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
       ++count;
     }
   }
-  if (missing > count || count == 0) return false;
+  if (missing > 3 * count) return false;
   // the ground: what is most common; shadows and rocks are less than half of the window
   const auto quantile = [&](int rank) {
     int below = 0;
@@ -104,7 +106,7 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
       depth_ = std::max(depth_, (s[-pitch] + s[0] + s[pitch]) / 3.0);
     }
   }
-  return depth_ > kOne;
+  return depth_ > kOne * std::max(1.0, kLeastDepth * noise_);
 }
 
 /// Darkness summed over a row from a = `from` to `to`; sample a covers a - 1/2 to a + 1/2.
@@ -118,7 +120,7 @@ double ShadowFitter::part(int row, double from, double to) const {
   return at(to) - at(from);
 }
 
-ShadowFitter::Sums ShadowFitter::sums(const Trial& t) const {
+ShadowFitter::Sums ShadowFitter::sums(const Trial& t, int every) const {
   Sums out{0.0, 0.0, 0.0, 0.0};
   const double stretch = std::sqrt(1.0 + t.slope * t.slope);
   const double tip = t.along * stretch;
@@ -126,7 +128,7 @@ ShadowFitter::Sums ShadowFitter::sums(const Trial& t) const {
   const int first = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - t.across)));
   const int last = std::min(half_rows_, static_cast<int>(std::floor(t.b + t.across)));
   const double scale = 1.0 / (t.across * t.across);
-  for (int row = first; row <= last; ++row) {
+  for (int row = first; row <= last; row += every) {
     const double w = std::sqrt(std::max(0.0, 1.0 - (row - t.b) * (row - t.b) * scale));
     const double a1 = t.a + terminator * w;
     const double a2 = t.a + tip * w;
@@ -138,23 +140,23 @@ ShadowFitter::Sums ShadowFitter::sums(const Trial& t) const {
   return out;
 }
 
-double ShadowFitter::value(const Trial& t) const {
-  const Sums s = sums(t);
-  if (s.dark_n <= 0.5 || s.lit_n <= 0.5 || s.dark <= 0.0) return 0.0;
+double ShadowFitter::value(const Trial& t, int every) const {
+  const Sums s = sums(t, every);
+  if (s.dark_n <= 0.2 || s.lit_n <= 0.2 || s.dark <= 0.0) return 0.0;
   const double lit = s.lit / s.lit_n;
   if (lit > 0.8 * depth_) return 0.0;  // one dark patch
   const double round = std::log(t.along / t.across);
   const double tall = std::log(t.slope * tan_elevation_ * t.along / (kUsualHeight * t.across));
   const double area = t.across * t.across;
-  return depth_ * (2.0 * s.dark - depth_ * s.dark_n) + kBodyWeight * s.lit * lit -
+  return every * (depth_ * (2.0 * s.dark - depth_ * s.dark_n) + kBodyWeight * s.lit * lit) -
          depth_ * depth_ * area * (kRoundness * round * round + kTallness * tall * tall);
 }
 
 void ShadowFitter::search(double least_across_px, Trial& best, double& most) const {
   most = 0.0;
   best = {0.0, 0.0, 0.0, 0.0, 0.0};
-  const auto consider = [&](const Trial& t) {
-    const double v = value(t);
+  const auto consider = [&](const Trial& t, int every) {
+    const double v = value(t, every);
     if (v > most) {
       most = v;
       best = t;
@@ -166,19 +168,21 @@ void ShadowFitter::search(double least_across_px, Trial& best, double& most) con
     for (const double height : {0.45, 0.8, 1.3, 2.0}) {
       const double slope = std::min(height / tan_elevation_, most_slope_);
       const double stretch = std::sqrt(1.0 + slope * slope);
-      const double middle = 0.424413 * across * (stretch + 1.0 / stretch);  // the dark's centroid
+      const double middle = kCentroid * across * (stretch + 1.0 / stretch);  // the dark's centroid
       for (int i = -2; i <= 2; ++i) {
         for (int j = -2; j <= 2; ++j) {
-          consider({-middle + 0.3 * i * across, 0.3 * j * across, across, across, slope});
+          consider({-middle + 0.3 * i * across, 0.3 * j * across, across, across, slope},
+                   across > 4.0 ? 2 : 1);
         }
       }
     }
   }
   if (most <= 0.0) return;
+  most = value(best, 1);
   for (double step = 0.16; step > 0.012; step *= 0.5) {
     for (int round = 0; round < 4; ++round) {
       bool better = false;
-      for (int k = 0; k < 5; ++k) {
+      for (int k = 0; k < 7; ++k) {
         for (const double sign : {-1.0, 1.0}) {
           for (int again = 0; again < 3; ++again) {
             Trial t = best;
@@ -191,13 +195,20 @@ void ShadowFitter::search(double least_across_px, Trial& best, double& most) con
               const double q = (tip - t.a) / t.along;
               t.slope = std::sqrt(std::max(0.01, q * q - 1.0));
             }
+            if (k == 5 || k == 6) {  // larger, the shadow's middle or the terminator staying
+              const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+              const double fixed = k == 5 ? kCentroid * (stretch + 1.0 / stretch) : 1.0 / stretch;
+              t.a -= sign * step * t.along * fixed;
+              t.along *= 1.0 + sign * step;
+              t.across *= 1.0 + sign * step;
+            }
             if (k == 4) t.slope *= 1.0 + 1.5 * sign * step;
             if (t.across < least_across_px || t.across > kFitMostAcross_px || t.slope > most_slope_ ||
                 t.slope < 0.1 || std::fabs(t.a) > half_columns_ || std::fabs(t.b) > kFitMostAcross_px ||
                 t.along > 1.8 * t.across || t.along < 0.55 * t.across) {
               break;
             }
-            if (!consider(t)) break;
+            if (!consider(t, 1)) break;
             better = true;
           }
         }
@@ -264,7 +275,7 @@ ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, in
   double most = 0.0;
   search(least_across_px, best, most);
   if (most <= 0.0) return fit;
-  const Sums s = sums(best);
+  const Sums s = sums(best, 1);
   fit.du_px = best.a * cos_ - best.b * sin_;
   fit.dv_px = best.a * sin_ + best.b * cos_;
   fit.across_px = best.across;

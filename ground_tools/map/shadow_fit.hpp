@@ -27,7 +27,7 @@
 namespace cairn::ground {
 
 /// The largest half width across the sun that is fitted, pixels of the level.
-inline constexpr double kFitMostAcross_px = 8.0;
+inline constexpr double kFitMostAcross_px = 9.5;
 /// The longest shadow, tip from the centre, in half widths.
 inline constexpr double kFitMostReach = 5.0;
 
@@ -72,8 +72,8 @@ class ShadowFitter {
   };
   bool sample(const ImageU8& grey, const ImageU8& valid, int u, int v);
   double part(int row, double from, double to) const;
-  Sums sums(const Trial& t) const;
-  double value(const Trial& t) const;
+  Sums sums(const Trial& t, int every) const;  ///< over every n-th row
+  double value(const Trial& t, int every) const;
   void search(double least_across_px, Trial& best, double& most) const;
   void measure(const Trial& t, ShadowFit& fit) const;
 
