@@ -319,7 +319,9 @@ std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const
     const double scale = 1 << shift;
     const double offset = 0.5 * (scale - 1.0);
     const double least = shift == 0 ? std::max(2.0, 0.5 * least_px * 0.8) : kLeastAcross_px;
-    if (kFitMostAcross_px * scale * 2.0 < least_px || least >= kFitMostAcross_px) continue;
+    const double wanted = 0.4 * least_px / scale;  // half widths, with some slack
+    if (wanted >= kMostOwn_px || (wanted >= 2.0 * kLeastAcross_px && shift + 1 < levels))
+      continue;  // the next level's
     const PixelRect where{x0 - rect.x0, y0 - rect.y0, x1 - x0, y1 - y0};
     for (const Spot& spot : maxima(darkness(grey, valid, where, params.seed_contrast), where)) {
       const ShadowFit f = fitter.fit(grey, valid, spot.x, spot.y, least);
