@@ -10,10 +10,12 @@
 /// (the points whose normal is square to the light). So the outline from above is fitted by itself, and
 /// height follows from q.
 ///
-/// Criterion: what the model explains of the squared departure from the ground's level g,
-///     J = n_dark (g - mean_dark)^2 + body_weight n_lit (mean_lit - g)^2,
-/// both means free (albedos differ from rock to rock, and a dark rock is darker than ground where it is lit),
-/// dark below ground; less priors on shape that decide where the lit body looks like the ground.
+/// Criterion: what the model explains of the squared departure d = g - grey from the ground's level g,
+///     J = sum over dark (d^2 - (d - c)^2) + body_weight n_lit (mean_lit - g)^2,
+/// where c is the depth of the shadow's core (the darkest three samples across the sun near the spot), so that
+/// what is lighter than half-way to it is no shadow: a dark rock is not taken for a part of its shadow. The lit
+/// body's mean is free, since albedos differ from rock to rock; where it looks like the ground, weak priors on
+/// roundness and height decide.
 /// Rows are sampled once, in the sun's direction, and summed along: a trial costs a few look-ups per row, so
 /// that thousands of trials can be afforded.
 #pragma once
