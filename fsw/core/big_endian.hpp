@@ -11,8 +11,14 @@ inline std::uint16_t get_u16(const std::uint8_t* p) {
   return static_cast<std::uint16_t>((static_cast<unsigned>(p[0]) << 8U) | p[1]);
 }
 inline std::uint32_t get_u32(const std::uint8_t* p) {
+#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__  // one instruction where the processor reads words at any address
+  std::uint32_t value = 0;
+  std::memcpy(&value, p, sizeof value);
+  return value;
+#else
   return (static_cast<std::uint32_t>(p[0]) << 24U) | (static_cast<std::uint32_t>(p[1]) << 16U) |
          (static_cast<std::uint32_t>(p[2]) << 8U) | p[3];
+#endif
 }
 inline std::uint64_t get_u64(const std::uint8_t* p) {
   return (static_cast<std::uint64_t>(get_u32(p)) << 32U) | get_u32(p + 4);

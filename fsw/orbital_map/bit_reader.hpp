@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 
 #include "core/big_endian.hpp"
 
@@ -15,13 +14,6 @@ class BitReader {
   BitReader() = default;
   BitReader(const std::uint8_t* next, const std::uint8_t* end) : next_(next), end_(end) {}
 
-  bool bit() {
-    if (held_ == 0) refill();
-    const bool one = buffer_ >> 31U != 0U;
-    buffer_ <<= 1U;
-    --held_;
-    return one;
-  }
   /// The ones before the next zero, at most 4: the zero is read, too, where there are fewer.
   unsigned ones() {
     if (held_ < 5U) refill();
@@ -40,6 +32,22 @@ class BitReader {
     }
     return count == 0 ? high : high << count | bits_held(count);
   }
+  /// A number below `values` (at least 1, at most 2^28): with k = floor(log2 values), the first 2^(k + 1) -
+  /// values numbers take k bits, the others one more.
+  [[gnu::always_inline]] std::uint32_t truncated(std::uint32_t values, unsigned k) {
+    const std::uint32_t shorter = (2U << k) - values;
+    if (k >= kSurelyHeld) {
+      const std::uint32_t value = bits(k);
+      return value < shorter ? value : value + value - shorter + bits(1);
+    }
+    if (held_ <= k) refill();
+    const std::uint32_t longer = buffer_ >> (31U - k);  // k + 1 bits
+    const bool is_short = longer >> 1U < shorter;
+    const unsigned read = is_short ? k : k + 1U;
+    buffer_ <<= read;
+    held_ -= read;
+    return is_short ? longer >> 1U : longer - shorter;
+  }
   /// All bits were read but those that fill the last byte, which are zero; and none beyond.
   bool spent() const { return next_ == end_ && held_ - beyond_ < 8U && buffer_ == 0U; }
 
@@ -47,16 +55,6 @@ class BitReader {
   static constexpr unsigned kSurelyHeld = 24;
   static constexpr std::uint8_t kOnes[16] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 3, 4};
 
-  /// As be::get_u32, in one instruction where the processor reads words at any address.
-  static std::uint32_t word(const std::uint8_t* p) {
-#if __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-    std::uint32_t value = 0;
-    std::memcpy(&value, p, sizeof value);
-    return value;
-#else
-    return be::get_u32(p);
-#endif
-  }
   std::uint32_t bits_held(unsigned count) {
     if (held_ < count) refill();
     const std::uint32_t value = buffer_ >> (32U - count);
@@ -69,7 +67,7 @@ class BitReader {
   void refill() {
     if (end_ - next_ >= 4) {
       const std::uint32_t bytes = (31U - held_) >> 3U;
-      buffer_ |= word(next_) >> held_;
+      buffer_ |= be::get_u32(next_) >> held_;
       next_ += bytes;
       held_ += 8U * bytes;
       return;

@@ -177,7 +177,10 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
   const Vec2 p = p_map_m;  // copies, which cannot change under the loop
   const Vec2 origin(origin_x_m_, origin_y_m_);
   const double quantum_m = quantum_m_;
-  bool full = false;  // the tile is read to its end all the same: it may turn out corrupt
+  const std::size_t room = MapBoulders::capacity() - before;
+  MapBoulder* const next = out.end();
+  std::size_t taken = 0;
+  bool full = false;
   cmap::TileBoulder coded[kBoulderUnit];
   cmap::TileStep step = cmap::TileStep::kMore;
   while (step == cmap::TileStep::kMore) {
@@ -190,14 +193,20 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
       const double east_m = x_m - p.x();
       const double north_m = y_m - p.y();
       if (east_m * east_m + north_m * north_m > radius2) continue;
-      const MapBoulder boulder{Vec2(x_m, y_m), models_.diameter_m(c.attribute[0]),
-                               models_.height_mm(c.attribute[1]), models_.confidence_percent(c.attribute[2])};
-      full = !out.push_back(boulder) || full;
+      if (taken == room) {
+        full = true;  // the tile is read to its end all the same: it may turn out corrupt
+        break;
+      }
+      MapBoulder& boulder = next[taken++];
+      boulder.p_map_m = Vec2(x_m, y_m);
+      boulder.diameter_m = models_.diameter_m(c.attribute[0]);
+      boulder.height_mm = models_.height_mm(c.attribute[1]);
+      boulder.confidence_percent = models_.confidence_percent(c.attribute[2]);
     }
   }
-  if (step == cmap::TileStep::kEnd) return full ? Taken::kFull : Taken::kAll;
-  out.resize(before);
-  return Taken::kCorrupt;
+  if (step == cmap::TileStep::kCorrupt) return Taken::kCorrupt;
+  out.resize(before + taken);
+  return full ? Taken::kFull : Taken::kAll;
 }
 
 MapStatus MapValidation::start(const std::uint8_t* bytes, std::size_t size) {

@@ -8,16 +8,10 @@ namespace {
 
 constexpr std::uint64_t kLn2 = 0xB17217F7U;  // 2^32 ln 2, cut
 
-/// A number below `values` (at least 1): with k = floor(log2 values), the first 2^(k + 1) - values numbers
-/// take k bits, the others one more. `k` comes as it was for the number before: little changes.
-/// Inline, so that the reader stays in registers.
-[[gnu::always_inline]] inline std::uint32_t truncated(BitReader& in, unsigned& k, std::uint32_t values) {
-  while (values >> k > 1U) ++k;
-  while (values >> k == 0U) --k;
-  const std::uint32_t shorter = (2U << k) - values;  // 2^32 is 0 here, and right
-  const std::uint32_t value = in.bits(k);
-  if (value < shorter) return value;
-  return value + value - shorter + (in.bit() ? 1U : 0U);
+/// Binary logarithm, cut; `k` comes as it was for the number before: little changes.
+[[gnu::always_inline]] inline void follow_log2(unsigned& k, std::uint32_t value) {
+  while (value >> k > 1U) ++k;
+  while (value >> k == 0U) --k;
 }
 
 }  // namespace
@@ -97,8 +91,8 @@ bool TileDecoder::read_run(TileBoulder* out, unsigned count) {
         if (gap > room) return false;
       }
     }
-    const std::uint32_t rest = truncated(in, k, values);
-    gap += rest;
+    follow_log2(k, values);
+    gap += in.truncated(values, k);
     if (gap > room) return false;
     cell += gap;
     const std::uint32_t row = cell / width;
@@ -150,7 +144,8 @@ bool TileDecoder::next_block() {
   Block block = waiting_[--waiting_count_];
   while (!is_leaf(block)) {
     // The middle comes first, then one more, one less ...
-    const std::uint32_t rank = truncated(in_, parameter_log2_, block.boulders + 1U);
+    follow_log2(parameter_log2_, block.boulders + 1U);
+    const std::uint32_t rank = in_.truncated(block.boulders + 1U, parameter_log2_);
     const std::uint32_t middle = block.boulders / 2U;
     const std::uint32_t first = (rank & 1U) != 0U ? middle + (rank + 1U) / 2U : middle - rank / 2U;
     ++block.depth;

@@ -93,9 +93,9 @@ class TileDecoder {
   std::uint32_t state_ = 0;
   std::uint32_t last_state_ = 0;  ///< in which the attributes must end
   std::uint32_t count_ = 0;
-  std::uint32_t left_ = 0;               ///< boulders of the tile
-  unsigned depth_ = 0;                   ///< to which blocks are split
-  Block waiting_[kMostSplits + 1] = {};  ///< second halves, the last one comes next
+  std::uint32_t left_ = 0;          ///< boulders of the tile
+  unsigned depth_ = 0;              ///< to which blocks are split
+  Block waiting_[kMostSplits + 1];  ///< second halves, the last one comes next
   unsigned waiting_count_ = 0;
   std::uint32_t block_x_ = 0;  ///< south-west corner of the block
   std::uint32_t block_y_ = 0;

@@ -260,8 +260,8 @@ AttributeTable table_for(unsigned attribute, const std::vector<double>& values) 
     for (unsigned step = kFinestStep; step < 256U; ++step) {
       const double ratio = 1.0 + step / 128.0;
       table.step = static_cast<std::uint8_t>(step);
-      table.smallest_mm =
-          static_cast<std::uint16_t>(std::clamp(std::round(least * std::sqrt(ratio)), 1.0, 65535.0));
+      const double first_mm = most > least * ratio ? least * std::sqrt(ratio) : std::sqrt(least * most);
+      table.smallest_mm = static_cast<std::uint16_t>(std::clamp(std::round(first_mm), 1.0, 65535.0));
       std::uint32_t value = static_cast<std::uint32_t>(table.smallest_mm) << 8U;
       unsigned classes = 1;
       for (; classes <= room && value / 256.0 * std::sqrt(ratio) < most; ++classes) {

@@ -14,7 +14,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0x3CC414F5U, 0, 0};
-constexpr Golden kWhole = {35, 0x4214C9C1U, 0xF6A3AA4AU, 0xE10FC57DU};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x032E6A2CU, 0x2A963815U, 0x8A85505CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
