@@ -22,6 +22,7 @@ struct UplinkOptions {
   UplinkParams params;
   double drift_percent = 100.0 * UplinkParams().drift;
   std::uint32_t sequence = 0;
+  std::string only;
   bool json = false;
 };
 
@@ -57,8 +58,9 @@ void uplink(const UplinkOptions& options) {
   const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, options.params, base);
 
   std::uint32_t sequence = options.sequence;
-  std::vector<PacketBytes> packets{begin_packet(cut.upload, sequence++)};
-  for (const std::uint32_t number : send_order(cut.upload, cut.rank_of_tile))
+  std::vector<PacketBytes> packets;
+  if (options.only.empty()) packets.push_back(begin_packet(cut.upload, sequence++));
+  for (const std::uint32_t number : choose_chunks(send_order(cut.upload, cut.rank_of_tile), options.only))
     packets.push_back(chunk_packet(cut.upload, number, sequence++));
   const std::string report = to_json(cut, options.params);
   make_folder(options.output);
@@ -103,6 +105,8 @@ void add_map_uplink(CLI::App& map) {
   app->add_option("--tile", p.tile_m,
                   "side of a tile, m (default: some 60 boulders; with --base, that of the base)");
   app->add_option("--sequence", o.sequence, "sequence number of the first packet")->capture_default_str();
+  app->add_option("--only", o.only,
+                  "write these chunks alone, e.g. 3,7-9: those that were lost (default: all, with begin)");
   app->add_flag("--json", o.json, "print the report as JSON");
   app->callback([options] {
     options->params.drift = options->drift_percent / 100.0;

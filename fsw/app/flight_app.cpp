@@ -270,6 +270,7 @@ void FlightApp::report_upload() {
   r.taken = record.taken;
   const std::uint32_t first = transfer_.first_missing();
   r.first_missing = static_cast<std::uint16_t>(first);
+  static_assert(sizeof r.counts == sizeof record.counts, "a count for each ChunkStatus");
   for (int i = 0; i < kChunkStatuses; ++i) r.counts[i] = record.counts[i];
   for (std::uint32_t n = 0; n < 8 * sizeof r.missing && first + n < record.chunks; ++n) {
     if (!transfer_.has(first + n))

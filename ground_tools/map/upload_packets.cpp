@@ -1,6 +1,8 @@
 #include "map/upload_packets.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <iterator>
 #include <limits>
 #include <numeric>
 
@@ -80,6 +82,31 @@ std::vector<std::uint32_t> send_order(const Upload& upload, const std::vector<st
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
   return order;
+}
+
+std::vector<std::uint32_t> choose_chunks(const std::vector<std::uint32_t>& order, const std::string& list) {
+  if (list.empty()) return order;
+  std::vector<bool> chosen(order.size());
+  for (std::size_t at = 0; at <= list.size();) {
+    const std::size_t end = std::min(list.find(',', at), list.size());
+    const char* next = list.data() + at;
+    const char* last = list.data() + end;
+    std::size_t from = 0;
+    std::from_chars_result read = std::from_chars(next, last, from);
+    std::size_t to = from;
+    if (read.ec == std::errc() && read.ptr != last && *read.ptr == '-')
+      read = std::from_chars(read.ptr + 1, last, to);
+    if (read.ec != std::errc() || read.ptr != last || from > to || to >= order.size()) {
+      throw ToolError("--only: '{}' names no chunks of 0 to {}; give numbers as in 3,7-9",
+                      std::string(next, last), order.size() - 1);
+    }
+    for (std::size_t n = from; n <= to; ++n) chosen[n] = true;
+    at = end + 1;
+  }
+  std::vector<std::uint32_t> kept;
+  std::copy_if(order.begin(), order.end(), std::back_inserter(kept),
+               [&](std::uint32_t n) { return chosen[n]; });
+  return kept;
 }
 
 PacketBytes begin_packet(const Upload& upload, std::uint32_t sequence) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "map/delta_encoder.hpp"
@@ -26,6 +27,10 @@ std::size_t link_bytes(const UploadPlan& plan);
 /// Chunks in the order in which they are best sent: those with the head first, then by the best rank of the
 /// tiles in them (`rank_of_tile`, 0 is best), then by number.
 std::vector<std::uint32_t> send_order(const Upload& upload, const std::vector<std::size_t>& rank_of_tile);
+
+/// Those of `order` that `list` names, as "3,7-9"; all where it is empty. Throws ToolError: not such a list,
+/// or a chunk that there is not.
+std::vector<std::uint32_t> choose_chunks(const std::vector<std::uint32_t>& order, const std::string& list);
 
 using PacketBytes = std::vector<std::uint8_t>;
 PacketBytes begin_packet(const Upload& upload, std::uint32_t sequence);

@@ -56,6 +56,19 @@ void test_packets(void**) {
   assert_int_equal(expected.size() + 16, link_bytes(cut.upload.plan));
 }
 
+void test_lost_chunks_alone(void**) {
+  assert_int_equal(
+      test::run_cairn(scratch, "map uplink" + good() + to("up5") + " --chunk 64 --only 1,0").code, 0);
+  static std::vector<std::uint8_t> sent;
+  static std::vector<std::uint8_t> all;
+  sent = read_file(scratch.path("up5/upload.tc"));
+  assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up5") + " --chunk 64").code, 0);
+  all = read_file(scratch.path("up5/upload.tc"));
+  assert_int_equal(sent.size(), 2 * (64 + 22));
+  assert_int_equal(sent[8 + 5], 0);  // head first: chunk 0, then 1
+  assert_memory_equal(sent.data() + 8, all.data() + 23 + 8, 64 + 10);
+}
+
 void test_json(void**) {
   assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up2") + " --json").code, 0);
   assert_true(read_file(scratch.path("stdout")) == read_file(scratch.path("up2/report.json")));
@@ -91,10 +104,8 @@ void test_refusals(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_packets),
-      cmocka_unit_test(test_json),
-      cmocka_unit_test(test_base),
-      cmocka_unit_test(test_refusals),
+      cmocka_unit_test(test_packets), cmocka_unit_test(test_lost_chunks_alone), cmocka_unit_test(test_json),
+      cmocka_unit_test(test_base),    cmocka_unit_test(test_refusals),
   };
   return cmocka_run_group_tests(tests, make_input, nullptr);
 }

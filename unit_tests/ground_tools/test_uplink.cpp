@@ -429,6 +429,17 @@ void test_order_of_sending(void**) {
   assert_int_equal(at, order.size());
 }
 
+void test_chosen_chunks(void**) {
+  using Numbers = std::vector<std::uint32_t>;
+  const Numbers order{4, 0, 3, 1, 2};
+  assert_true(choose_chunks(order, "") == order);
+  assert_true(choose_chunks(order, "2") == Numbers{2});
+  assert_true((choose_chunks(order, "0-1,4,1") == Numbers{4, 0, 1}));
+  assert_true(choose_chunks(order, "0-4") == order);
+  for (const char* bad : {"5", "0-5", "3-1", "-1", "1-", "a", ",", "1,", "1 2", "99999999999999999999"})
+    assert_refused(choose_chunks(order, bad), "--only");
+}
+
 void test_too_many_chunks(void**) {
   assert_refused(make_upload(UploadKind::kMap, Bytes(16 * cfg::kMaxMapChunks + 1), {}, 16), "--chunk");
   assert_int_equal(chunks_of(make_upload(UploadKind::kMap, Bytes(16 * cfg::kMaxMapChunks), {}, 16).plan),
@@ -469,6 +480,7 @@ int main() {
       cmocka_unit_test(test_a_delta_that_does_not_pay),
       cmocka_unit_test(test_bases_of_another_grid),
       cmocka_unit_test(test_order_of_sending),
+      cmocka_unit_test(test_chosen_chunks),
       cmocka_unit_test(test_too_many_chunks),
       cmocka_unit_test(test_report),
   };
