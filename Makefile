@@ -90,7 +90,7 @@ OPENCV_INC   := -isystem /usr/include/opencv4
 DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev libembree-dev \
               libopenmpi-dev openmpi-bin
 DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev qemu-user
-DEPS_CHECK := clang-format clang-tidy cppcheck python3
+DEPS_CHECK := clang-format clang-tidy cppcheck python3 clang libclang-rt-dev
 ROOT_DO     = $(if $(filter-out 0,$(shell id -u)),sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 # Asks dpkg for each package; installs those that are absent, with fresh lists only where the old ones do not do.
 define install
@@ -175,6 +175,11 @@ profile: ## model cycles of each job on the emulated processor against its budge
 	@printf 'Running the sample on the emulated processor, a few minutes\n'
 	$(Q)$(call run_image,$(B)/replay.elf) -plugin $(PROFILER),elf=$(B)/replay.elf,timing=platform/$(TARGET)/timing.toml,budget=$(TIME_BUDGET),out=$(B)/profile/run.tsv$(if $(FRAME),$(comma)frame=$(FRAME)) >$(B)/profile/log || { cat $(B)/profile/log; exit 1; }
 	@build/host/cairn profile $(B)/profile/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(B)/profile $(if $(CLOCK_MHZ),--clock $(CLOCK_MHZ))
+
+fuzz: ## fuzz map reader, chunks and deltas with sanitizers (RUNS=10000000 executions in all); what it finds is in build/fuzz
+	@$(MAKE) --no-print-directory deps-check
+	@$(MAKE) --no-print-directory -j$(JOBS) $(FUZZERS)
+	@$(foreach f,$(FUZZERS),$(call run_fuzzer,$(f),$$(($(RUNS) / $(words $(FUZZERS)))),20,build/fuzz/found)) echo 'fuzz: no findings'
 
 size: ## code, constants and static memory of the flight library, by module and part, against their budgets
 	@$(MAKE) --no-print-directory deps-check
@@ -337,7 +342,7 @@ $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW
 $(B)/tests/ground_tools/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
 $(B)/tests/ground_tools/test_profile_plugin: $(PROFILER)
 # These run the program.
-$(addprefix $(B)/tests/ground_tools/,test_cmd_map test_cmd_run test_cmd_tape test_profile test_report): $(CAIRN)
+$(addprefix $(B)/tests/ground_tools/,test_cmd_map test_cmd_run test_cmd_tape test_cmd_uplink test_profile test_report): $(CAIRN)
 $(B)/codec_table: $(B)/ground_tools/checks/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
@@ -383,6 +388,34 @@ $(PAPER)/$(1)/degraded/%/summary.json: $(PAPER)/$(1)/%.cmap
 endef
 $(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
 
+# ---- fuzzing: flight code by clang, with libFuzzer and the sanitizers, whatever TARGET is ---------------------------
+FUZZ_CXX     := clang++
+FUZZ_FLAGS   := -std=c++17 -O1 -g1 -ffp-contract=off -MMD -MP -Wall -Wextra -Werror -Ifsw -Imission_cfg -Imission_cfg/paper -I. \
+                $(EIGEN) -Iunit_tests -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
+FUZZ_SRC     := $(sort $(wildcard fsw/orbital_map/*.cpp fsw/core/*.cpp)) fsw/app/telecommand.cpp fsw/app/telemetry.cpp \
+                platform/host/assert_handler.cpp
+FUZZERS      := $(patsubst unit_tests/fuzz/%.cpp,build/fuzz/%,$(sort $(wildcard unit_tests/fuzz/fuzz_*.cpp)))
+RUNS         ?= 10000000
+FUZZ_SHORT   := 50000
+build/fuzz/obj/%.o: %.cpp
+	@mkdir -p $(@D)
+	$(call say,FUZZ,$<)
+	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -c $< -o $@
+$(FUZZERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(patsubst %.cpp,build/fuzz/obj/%.o,$(FUZZ_SRC))
+	$(Q)$(FUZZ_CXX) -fsanitize=fuzzer,address,undefined $^ -o $@
+# Target, executions, parts that they are done in, folder for what is found. From the corpus of the repository on.
+define run_fuzzer
+mkdir -p $(4)/$(notdir $(1)); \
+for part in $$(seq $(3)); do \
+  nice env ASAN_OPTIONS=quarantine_size_mb=8:malloc_context_size=2 $(1) -runs=$$(($(2) / $(3))) -seed=$$part -max_len=1024 -timeout=30 -rss_limit_mb=1024 -artifact_prefix=$(4)/$(notdir $(1))- \
+    $(4)/$(notdir $(1)) unit_tests/fuzz/corpus/$(notdir $(1)) >$(4)/$(notdir $(1)).log 2>&1 || \
+  { tail -n 40 $(4)/$(notdir $(1)).log; echo 'fuzz: $(notdir $(1)) found a fault; the input is in $(4)'; exit 1; }; \
+  printf '%s: %s executions\n' '$(notdir $(1))' $$(($(2) / $(3) * part)); \
+done;
+endef
+check-fuzz: $(FUZZERS)
+	@rm -rf build/fuzz/short; $(foreach f,$(FUZZERS),$(call run_fuzzer,$(f),$(FUZZ_SHORT),1,build/fuzz/short)) echo 'fuzz: no findings'
+
 # ---- tests and checks ----------------------------------------------------------------------------------------------
 JOBS ?= $(shell nproc)
 # All are built and run even where one fails; then the goal fails. A test that passes shows its sums and what it skipped.
@@ -406,7 +439,7 @@ CHECK        = python3 -B ground_tools/checks
 PROOFS      := symbols stack isa memory
 OF_TEXT     := floors trace names
 SELF_TESTS  := $(addprefix check-self-,$(PROOFS) $(if $(BARE),,$(OF_TEXT)))
-CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS)) $(if $(BARE),,$(addprefix check-,$(OF_TEXT) format cppcheck tidy))
+CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS)) $(if $(BARE),,$(addprefix check-,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
 # An image is proved with the library where there is one that is not older.
 IMAGE        = $(if $(BARE),$(shell [ $(B)/replay.elf -nt $(FSW_LIB) ] && echo $(B)/replay.elf))
@@ -453,7 +486,7 @@ $(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*
 	$(Q)clang-tidy --quiet $< -- -std=c++17 $(INC) 2>$@.log || { cat $@.log; exit 1; }
 	@touch $@
 
--include $(shell find $(B) -name '*.d' 2>/dev/null)
-.PHONY: host-cairn help all lib clean demo paper campaign realism bench bench-codec bench-map profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk
+-include $(shell find $(B) build/fuzz -name '*.d' 2>/dev/null)
+.PHONY: host-cairn help all lib clean demo paper campaign realism bench bench-codec bench-map profile size test same-bits run-tests check $(CHECKS) fmt deps-build deps-test deps-check sdk try-sdk fuzz
 .SECONDARY:
 .DELETE_ON_ERROR:

@@ -60,6 +60,7 @@ void add_map_commands(CLI::App& app) {
   add_map_info(*map);
   add_map_unpack(*map);
   add_map_diff(*map);
+  add_map_uplink(*map);
 
   const auto score = std::make_shared<ScoreOptions>();
   CLI::App* score_app = map->add_subcommand("score", "compare a map, or a table, with the true rocks");

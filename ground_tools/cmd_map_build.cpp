@@ -9,7 +9,10 @@
 #include "commands.hpp"
 #include "map/boulder_table.hpp"
 #include "map/cmap_file.hpp"
+#include "map/geopackage.hpp"
+#include "map/heights.hpp"
 #include "map/map_build.hpp"
+#include "map/quicklook.hpp"
 #include "output_file.hpp"
 #include "progress_line.hpp"
 #include "stop_signal.hpp"
@@ -28,6 +31,9 @@ struct BuildOptions {
   fs::path from_csv;
   fs::path output;
   fs::path csv;
+  fs::path gpkg;
+  fs::path quicklook;
+  fs::path dem;
   fs::path state;
   double min_diameter_m = 0.0;
   double quantum_m = 0.0;  ///< 0 = from the pixel
@@ -47,17 +53,37 @@ struct Prepared {
   CmapSource source;
 };
 
-/// Encodes and writes the map, and the table where it is asked for: both or none.
-void write_products(const BuildOptions& options, const Prepared& made, OutputFile& map) {
+/// Before the work: what could not be written or read after it.
+void check_products(const BuildOptions& options) {
+  for (const fs::path& path : {options.csv, options.gpkg, options.quicklook}) {
+    if (!path.empty()) const OutputFile can_be_written(path);
+  }
+  std::vector<TableBoulder> none;
+  if (!options.dem.empty()) sample_heights(options.dem, none, "local");
+}
+
+/// Encodes the map and writes all that is asked for, the map last.
+void write_products(const BuildOptions& options, Prepared& made, OutputFile& map) {
+  const std::string& system = made.source.reference_system;
+  std::size_t heights = 0;
+  if (!options.dem.empty()) heights = sample_heights(options.dem, made.boulders, system);
   const double quantum_m =
       options.quantum_m > 0.0 ? options.quantum_m : suitable_quantum_m(made.source.pixel_m);
   const std::vector<std::uint8_t> bytes = encode_cmap(made.boulders, made.extent, quantum_m, made.source);
   map.write(bytes);
-  if (!options.csv.empty()) write_file(options.csv, to_csv(made.boulders));
+  if (!options.csv.empty()) write_csv(options.csv, made.boulders, system);
+  if (!options.gpkg.empty()) write_geopackage(options.gpkg, made.boulders, system);
+  if (!options.quicklook.empty()) {
+    QuicklookParams picture;
+    picture.ortho = options.ortho;
+    picture.band = options.band;
+    write_quicklook(options.quicklook, made.boulders, made.extent, system, picture);
+  }
   map.commit();
   fmt::print("{}: {} boulders on {:.1f} x {:.1f} m, {} bytes\n", options.output.string(),
              made.boulders.size(), made.extent.max_x_m - made.extent.min_x_m,
              made.extent.max_y_m - made.extent.min_y_m, bytes.size());
+  if (!options.dem.empty()) fmt::print("{}: ground known under {} of them\n", options.dem.string(), heights);
 }
 
 BuildSettings settings_of(const BuildOptions& options) {
@@ -153,6 +179,7 @@ void build_from_table(const BuildOptions& options) {
   }
   made.extent = extent_of(made.boulders);
   made.source.parameters = fmt::format("table min_diameter_m={}", options.min_diameter_m);
+  made.source.reference_system = reference_beside(options.from_csv);
   write_products(options, made, map);
 }
 
@@ -166,6 +193,7 @@ void build(const BuildOptions& options) {
   if (options.ortho.empty() == options.from_csv.empty()) {
     throw ToolError("map build: give either an orthoimage or --from-csv TABLE");
   }
+  check_products(options);
   if (options.from_csv.empty()) {
     build_from_image(options, ranks);
   } else {
@@ -185,7 +213,13 @@ void add_map_build(CLI::App& map) {
       "ORTHO", o.ortho,
       "orthoimage that GDAL opens, geo-referenced in metres (GeoTIFF, or world file beside it)");
   build_app->add_option("-o,--output", o.output, "the map to write (.cmap)")->required();
-  build_app->add_option("--csv", o.csv, "write the boulders as a table, too");
+  build_app->add_option("--csv", o.csv,
+                        "write the boulders as a table, too (.csv, with .csvt and .prj beside it)");
+  build_app->add_option("--gpkg", o.gpkg, "and as a GeoPackage");
+  build_app->add_option("--quicklook", o.quicklook, "and a picture of them over the orthoimage (.png)");
+  build_app->add_option(
+      "--dem", o.dem,
+      "elevation model that GDAL opens: height of the ground under each boulder, for the tables");
   build_app->add_option(
       "--from-csv", o.from_csv,
       "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");

@@ -15,6 +15,7 @@ inline constexpr std::size_t kMaxFeatures = kMission.max_features;
 inline constexpr std::size_t kMaxLabels = kMission.max_labels;
 inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
 inline constexpr std::size_t kMaxLocalBoulders = kMission.max_local_boulders;
+inline constexpr std::size_t kMaxMapChunks = kMission.max_map_chunks;
 inline constexpr std::size_t kRootMaxBytes = kMission.root_max_bytes;
 inline constexpr std::size_t kCodeMaxBytes = kMission.code_max_bytes;
 inline constexpr std::size_t kStackMaxBytes = kMission.stack_max_bytes;
@@ -32,6 +33,8 @@ inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;
 inline constexpr std::size_t kTracksMaxBytes = 256 * kMaxLocalBoulders;
 inline constexpr std::size_t kMapWindowMaxBytes = 32 * kMaxMapWindowBoulders;
 
+inline constexpr std::size_t kTransferMaxBytes = 4 * 1024 + kMaxMapChunks / 8;
+
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0,
               "image width: even, 64 to 2048");
 static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0,
@@ -44,6 +47,7 @@ static_assert(kMission.probe_spacing_px >= 3 && kMission.probe_spacing_px <= 16,
 static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF,
               "map boulders are indexed by 16 bits");
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
+static_assert(kMaxMapChunks >= 1 && kMaxMapChunks <= 0xFFFF, "chunks are numbered by 16 bits");
 static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");
 static_assert(kMaxAverageLinkagePoints >= 1 && kMaxAverageLinkagePoints <= kMaxClusterPoints,
               "a part of the points");

@@ -25,6 +25,8 @@ StereoRig mission_rig() {
 LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& rig) {
   executive_.init();
   validation_ = MapValidation();
+  transfer_ = MapTransfer();
+  map_status_ = MapStatus::kIdle;
   validating_ = have_prior_ = false;
   pair_number_ = sequence_ = bad_commands_ = lost_packets_ = 0;
   pair_time_us_ = 0;
@@ -41,7 +43,8 @@ FlightApp::State FlightApp::cycle(std::uint32_t slice_ops) {
     if (executive_.run(localizer_, slice) == Progress::kDone) report_minor();
     return State::kBusy;
   }
-  return take_command() || validate_map(slice) || take_pair() ? State::kBusy : State::kIdle;
+  const bool busy = take_command() || validate_map(slice) || verify_upload(slice) || take_pair();
+  return busy ? State::kBusy : State::kIdle;
 }
 
 bool FlightApp::take_command() {
@@ -75,23 +78,75 @@ CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail)
       prior_ = command.pose;
       have_prior_ = true;
       break;
-    case CommandType::kLoadMap: {
-      localizer_.set_map(OrbitalMap());
-      const hal::Bytes bank = hal::map_bank();
-      const MapStatus map = validation_.start(bank.data, bank.size);
-      validating_ = true;  // where it was refused at once, the first step is its end, and health tells of it
-      detail = static_cast<std::uint8_t>(map);
-      return map == MapStatus::kChecking ? CommandStatus::kAccepted : CommandStatus::kRefused;
-    }
+    case CommandType::kLoadMap: return load_map(detail);
+    case CommandType::kBeginUpload: return begin_upload(command.upload, detail);
+    case CommandType::kMapChunk: return take_chunk(command, detail);
+    case CommandType::kUseUpload: return use_upload(command.upload.id, detail);
+    case CommandType::kReportUpload: report_upload(); break;
   }
   detail = static_cast<std::uint8_t>(status);
   return status == LocalizerStatus::kReady ? CommandStatus::kAccepted : CommandStatus::kRefused;
+}
+
+CommandStatus FlightApp::load_map(std::uint8_t& detail) {
+  localizer_.set_map(OrbitalMap());
+  const hal::Bytes bank = hal::map_bank();
+  const MapStatus map = validation_.start(bank.data, bank.size);
+  validating_ = true;  // where it was refused at once, the first step is its end, and health tells of it
+  map_status_ = map;
+  detail = static_cast<std::uint8_t>(map);
+  return map == MapStatus::kChecking ? CommandStatus::kAccepted : CommandStatus::kRefused;
+}
+
+CommandStatus FlightApp::begin_upload(const UploadPlan& plan, std::uint8_t& detail) {
+  const hal::Room bank = hal::spare_map_bank();
+  const BeginStatus status = transfer_.begin(plan, bank.data, bank.size);
+  detail = static_cast<std::uint8_t>(status);
+  report_upload();
+  const bool good = status == BeginStatus::kBegun || status == BeginStatus::kUnderWay;
+  return good ? CommandStatus::kAccepted : CommandStatus::kRefused;
+}
+
+CommandStatus FlightApp::take_chunk(const Command& command, std::uint8_t& detail) {
+  const ChunkStatus status = transfer_.accept(command.chunk, command.chunk_bytes);
+  detail = static_cast<std::uint8_t>(status);
+  const bool good = status == ChunkStatus::kTaken || status == ChunkStatus::kRepeated;
+  return good ? CommandStatus::kAccepted : CommandStatus::kRefused;
+}
+
+/// The map was validated where it lies, so that there is no moment without one.
+CommandStatus FlightApp::use_upload(std::uint32_t id, std::uint8_t& detail) {
+  const bool ready = transfer_.status() == TransferStatus::kReady && transfer_.record().plan.id == id;
+  const bool switched = ready && hal::switch_map_banks();
+  if (switched) {
+    validating_ = false;  // of the bank that is no longer the one in use
+    localizer_.set_map(transfer_.result());
+    map_status_ = MapStatus::kUsable;
+    transfer_.leave();
+    report_upload();
+    report_health();
+  }
+  detail = static_cast<std::uint8_t>(transfer_.status());
+  return switched ? CommandStatus::kAccepted : CommandStatus::kRefused;
+}
+
+/// Begins as soon as the last chunk is there.
+bool FlightApp::verify_upload(WorkBudget& slice) {
+  if (transfer_.status() == TransferStatus::kComplete) {
+    const hal::Bytes base = hal::map_bank();
+    static_cast<void>(transfer_.verify(base.data, base.size));
+    report_upload();
+  }
+  if (transfer_.status() != TransferStatus::kVerifying) return false;
+  if (transfer_.step(slice) == Progress::kDone) report_upload();
+  return true;
 }
 
 bool FlightApp::validate_map(WorkBudget& slice) {
   if (!validating_) return false;
   if (validation_.step(slice) == Progress::kDone) {
     validating_ = false;
+    map_status_ = validation_.status();
     localizer_.set_map(validation_.result());
     report_health();  // tells the map's status
   }
@@ -198,7 +253,28 @@ void FlightApp::report_health() {
   r.bad_priors = health.bad_priors;
   r.bad_commands = bad_commands_;
   r.lost_packets = lost_packets_;
-  r.map_status = static_cast<std::uint8_t>(validation_.status());
+  r.map_status = static_cast<std::uint8_t>(map_status_);
+  send(r);
+}
+
+void FlightApp::report_upload() {
+  const TransferRecord& record = transfer_.record();
+  UploadReport r;
+  r.status = static_cast<std::uint8_t>(record.status);
+  r.detail = record.detail;
+  r.kind = record.plan.kind;
+  r.id = record.plan.id;
+  r.bytes = record.plan.bytes;
+  r.chunk_bytes = record.plan.chunk_bytes;
+  r.chunks = record.chunks;
+  r.taken = record.taken;
+  const std::uint32_t first = transfer_.first_missing();
+  r.first_missing = static_cast<std::uint16_t>(first);
+  for (int i = 0; i < kChunkStatuses; ++i) r.counts[i] = record.counts[i];
+  for (std::uint32_t n = 0; n < 8 * sizeof r.missing && first + n < record.chunks; ++n) {
+    if (!transfer_.has(first + n))
+      r.missing[n / 8] = static_cast<std::uint8_t>(r.missing[n / 8] | 0x80U >> n % 8);
+  }
   send(r);
 }
 

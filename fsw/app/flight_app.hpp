@@ -4,7 +4,8 @@
 /// The platform calls `cycle` from its main loop, as often as it can; each call spends about cfg::kSliceOps
 /// operations, so that other work of the processor is never held up longer. A cycle: kick the watchdog, then
 /// the first of these that there is: go on with the minor frame, and report it at its end; carry out one
-/// telecommand; go on with the validation of a map; take the next pair. So no telecommand falls into a minor
+/// telecommand; go on with the validation of a map, or with the verification of an upload; take the next
+/// pair. So no telecommand falls into a minor
 /// frame, and what it does depends on no slicing.
 #pragma once
 
@@ -37,11 +38,17 @@ class FlightApp {
  private:
   bool take_command();  ///< false: nothing to do, here and below
   CommandStatus carry_out(const Command& command, std::uint8_t& detail);
+  CommandStatus load_map(std::uint8_t& detail);
+  CommandStatus begin_upload(const UploadPlan& plan, std::uint8_t& detail);
+  CommandStatus take_chunk(const Command& command, std::uint8_t& detail);
+  CommandStatus use_upload(std::uint32_t id, std::uint8_t& detail);
   bool validate_map(WorkBudget& slice);
+  bool verify_upload(WorkBudget& slice);
   bool take_pair();
   void report_minor();
   void report_fix();
   void report_health();
+  void report_upload();
   template <typename Report>
   void send(const Report& report);
 
@@ -49,6 +56,8 @@ class FlightApp {
   Executive executive_;
   MapValidation validation_;
   bool validating_ = false;
+  MapStatus map_status_ = MapStatus::kIdle;  ///< of the last map that was judged for use
+  MapTransfer transfer_;
   Pose3 prior_;
   bool have_prior_ = false;
   std::uint32_t pair_number_ = 0;
@@ -75,6 +84,7 @@ inline constexpr RootPart kRootParts[] = {
     {"boulder tracks and local map", sizeof(BoulderTracks) + sizeof(LocalMap), cfg::kTracksMaxBytes},
     {"orbital map window", sizeof(MapBoulders), cfg::kMapWindowMaxBytes},
     {"registration", sizeof(IcpJob), cfg::kIcpJobMaxBytes},
+    {"map transfer", sizeof(MapTransfer), cfg::kTransferMaxBytes},
     {"root, all static memory", sizeof(FlightApp), cfg::kRootMaxBytes},
 };
 constexpr bool root_parts_fit() {

@@ -5,6 +5,9 @@
 namespace cairn::app {
 namespace {
 
+constexpr std::size_t kLeastChunkBytes = chunk::kOverheadBytes + 1;
+static_assert(kMaxPacketBytes == kPacketHeaderBytes + kMaxChunkBytes + kPacketCrcBytes);
+
 template <typename Walker, typename C>
 bool walk(Walker& w, C& c) {
   switch (c.type) {
@@ -14,7 +17,16 @@ bool walk(Walker& w, C& c) {
       return true;
     case CommandType::kSetTrim: w.field(c.number); return true;
     case CommandType::kMotionPrior: w.field(c.pose); return true;
-    case CommandType::kLoadMap: return true;
+    case CommandType::kLoadMap:
+    case CommandType::kReportUpload: return true;
+    case CommandType::kBeginUpload:
+      w.field(c.upload.kind);
+      w.field(c.upload.id);
+      w.field(c.upload.bytes);
+      w.field(c.upload.chunk_bytes);
+      return true;
+    case CommandType::kUseUpload: w.field(c.upload.id); return true;
+    case CommandType::kMapChunk: break;  // of no fixed size
   }
   return false;
 }
@@ -23,8 +35,13 @@ bool walk(Walker& w, C& c) {
 
 void encode(const Command& command, Packet& out) {
   Writer<Packet> w(out, static_cast<std::uint8_t>(command.type), command.sequence);
-  const bool known = walk(w, command);
-  CAIRN_ASSERT(known);
+  if (command.type == CommandType::kMapChunk) {
+    CAIRN_ASSERT(command.chunk_bytes >= kLeastChunkBytes);
+    for (std::size_t i = 0; i < command.chunk_bytes; ++i) w.field(command.chunk[i]);
+  } else {
+    const bool known = walk(w, command);
+    CAIRN_ASSERT(known);
+  }
   w.finish();
 }
 
@@ -32,6 +49,12 @@ CommandStatus decode(const std::uint8_t* bytes, std::size_t size, Command& out) 
   PacketType type{};
   if (check_packet(bytes, size, type, out.sequence) != PacketStatus::kGood) return CommandStatus::kBadPacket;
   out.type = static_cast<CommandType>(type);
+  if (out.type == CommandType::kMapChunk) {
+    if (size < kPacketHeaderBytes + kLeastChunkBytes + kPacketCrcBytes) return CommandStatus::kBadPacket;
+    out.chunk = bytes + kPacketHeaderBytes;
+    out.chunk_bytes = size - kPacketHeaderBytes - kPacketCrcBytes;
+    return CommandStatus::kAccepted;
+  }
   Sizer sizer;
   if (!walk(sizer, out)) return CommandStatus::kUnknownType;
   if (sizer.packet_bytes() != size) return CommandStatus::kBadPacket;

@@ -7,6 +7,7 @@
 
 #include "app/telemetry.hpp"
 #include "geometry/pose3.hpp"
+#include "orbital_map/map_transfer.hpp"
 
 namespace cairn::app {
 
@@ -15,13 +16,21 @@ enum class CommandType : std::uint8_t {
   kSetTrim = 2,      ///< scale f64, yaw_rad_per_m f64 (localizer StepTrim)
   kMotionPrior = 3,  ///< T_prev_cur of the left camera (pose), for the next pair only
   kLoadMap = 4,      ///< no body: validate the map bank and use it
+  kBeginUpload =
+      5,           ///< kind u8, id u32, bytes u32, chunk_bytes u16: chunks of a new map or of a delta follow
+  kMapChunk = 6,   ///< one chunk (orbital_map/map_transfer.hpp), 11 bytes or more
+  kUseUpload = 7,  ///< id u32: switch to the map that was uploaded and verified
+  kReportUpload = 8,  ///< no body: send an upload report
 };
 
 struct Command {
   CommandType type = CommandType::kLoadMap;
   std::uint32_t sequence = 0;
-  Pose3 pose;             ///< kSetStart, kMotionPrior; taken as it comes: who uses it judges it
-  double number[2] = {};  ///< kSetStart: sigmas; kSetTrim: scale, yaw
+  Pose3 pose;                           ///< kSetStart, kMotionPrior; taken as it comes: who uses it judges it
+  double number[2] = {};                ///< kSetStart: sigmas; kSetTrim: scale, yaw
+  UploadPlan upload;                    ///< kBeginUpload; kUseUpload: its id
+  const std::uint8_t* chunk = nullptr;  ///< kMapChunk: inside the packet, which decode() borrows
+  std::size_t chunk_bytes = 0;
 };
 
 enum class [[nodiscard]] CommandStatus : std::uint8_t{
@@ -30,6 +39,10 @@ enum class [[nodiscard]] CommandStatus : std::uint8_t{
     kUnknownType,
     kRefused,  ///< well formed, but its content was not accepted; the detail tells by whom
 };
+
+/// The largest chunk that fits a packet, and the data in it.
+inline constexpr std::size_t kMaxChunkBytes = kMaxPacketBytes - 12;
+inline constexpr std::size_t kMaxChunkDataBytes = kMaxChunkBytes - chunk::kOverheadBytes;
 
 void encode(const Command& command, Packet& out);
 CommandStatus decode(const std::uint8_t* bytes, std::size_t size, Command& out);

@@ -91,6 +91,21 @@ void walk_health(Walker& w, Report& r) {
   w.field(r.map_status);
 }
 
+template <typename Walker, typename Report>
+void walk_upload(Walker& w, Report& r) {
+  w.field(r.status);
+  w.field(r.detail);
+  w.field(r.kind);
+  w.field(r.id);
+  w.field(r.bytes);
+  w.field(r.chunk_bytes);
+  w.field(r.chunks);
+  w.field(r.taken);
+  w.field(r.first_missing);
+  w.field(r.counts);
+  w.field(r.missing);
+}
+
 template <typename W, typename R>
 void walk(W& w, R& r, const FrameReport*) {
   walk_frame(w, r);
@@ -110,6 +125,10 @@ void walk(W& w, R& r, const AckReport*) {
 template <typename W, typename R>
 void walk(W& w, R& r, const HealthReport*) {
   walk_health(w, r);
+}
+template <typename W, typename R>
+void walk(W& w, R& r, const UploadReport*) {
+  walk_upload(w, r);
 }
 
 template <typename Report>
@@ -151,6 +170,9 @@ void encode(const AckReport& report, std::uint32_t sequence, Packet& out) {
 void encode(const HealthReport& report, std::uint32_t sequence, Packet& out) {
   encode_as(PacketType::kHealth, report, sequence, out);
 }
+void encode(const UploadReport& report, std::uint32_t sequence, Packet& out) {
+  encode_as(PacketType::kUpload, report, sequence, out);
+}
 
 PacketStatus check_packet(const std::uint8_t* bytes, std::size_t size, PacketType& type,
                           std::uint32_t& sequence) {
@@ -178,6 +200,9 @@ PacketStatus decode(const std::uint8_t* bytes, std::size_t size, AckReport& out)
 }
 PacketStatus decode(const std::uint8_t* bytes, std::size_t size, HealthReport& out) {
   return decode_as(PacketType::kHealth, bytes, size, out);
+}
+PacketStatus decode(const std::uint8_t* bytes, std::size_t size, UploadReport& out) {
+  return decode_as(PacketType::kUpload, bytes, size, out);
 }
 
 }  // namespace cairn::app

@@ -13,7 +13,14 @@
 
 namespace cairn::app {
 
-enum class PacketType : std::uint8_t { kFrame = 1, kFix = 2, kBoulder = 3, kAck = 4, kHealth = 5 };
+enum class PacketType : std::uint8_t {
+  kFrame = 1,
+  kFix = 2,
+  kBoulder = 3,
+  kAck = 4,
+  kHealth = 5,
+  kUpload = 6
+};
 
 inline constexpr std::size_t kMaxPacketBytes = 512;
 using Packet = FixedVector<std::uint8_t, kMaxPacketBytes>;
@@ -82,7 +89,7 @@ struct AckReport {
   std::uint32_t command_sequence = 0;
   std::uint8_t command_type = 0;
   std::uint8_t status = 0;  ///< CommandStatus
-  std::uint8_t detail = 0;  ///< LocalizerStatus or MapStatus where one refused
+  std::uint8_t detail = 0;  ///< LocalizerStatus, MapStatus or what else of the command's, by its type
 };
 
 /// Counts since the start, once a major frame.
@@ -102,11 +109,28 @@ struct HealthReport {
   std::uint8_t map_status = 0;  ///< MapStatus
 };
 
+/// How the upload of a map stands: when one is begun, complete, verified or in use, and on command.
+struct UploadReport {
+  std::uint8_t status = 0;  ///< TransferStatus
+  std::uint8_t detail = 0;  ///< DeltaStatus where the delta was refused, MapStatus where the map was judged
+  std::uint8_t kind = 0;    ///< UploadKind
+  std::uint32_t id = 0;
+  std::uint32_t bytes = 0;
+  std::uint16_t chunk_bytes = 0;
+  std::uint16_t chunks = 0;
+  std::uint16_t taken = 0;
+  std::uint16_t first_missing = 0;  ///< chunk; `chunks` where none is missing
+  std::uint32_t counts[8] = {};     ///< chunks by ChunkStatus, since the start
+  /// Chunk first_missing + n is missing: bit 7 - n % 8 of byte n / 8. Farther ones are told when these came.
+  std::uint8_t missing[256] = {};
+};
+
 void encode(const FrameReport& report, std::uint32_t sequence, Packet& out);
 void encode(const FixReport& report, std::uint32_t sequence, Packet& out);
 void encode(const BoulderReport& report, std::uint32_t sequence, Packet& out);
 void encode(const AckReport& report, std::uint32_t sequence, Packet& out);
 void encode(const HealthReport& report, std::uint32_t sequence, Packet& out);
+void encode(const UploadReport& report, std::uint32_t sequence, Packet& out);
 
 enum class [[nodiscard]] PacketStatus : std::uint8_t{
     kGood,      kTooShort,
@@ -123,5 +147,6 @@ PacketStatus decode(const std::uint8_t* bytes, std::size_t size, FixReport& out)
 PacketStatus decode(const std::uint8_t* bytes, std::size_t size, BoulderReport& out);
 PacketStatus decode(const std::uint8_t* bytes, std::size_t size, AckReport& out);
 PacketStatus decode(const std::uint8_t* bytes, std::size_t size, HealthReport& out);
+PacketStatus decode(const std::uint8_t* bytes, std::size_t size, UploadReport& out);
 
 }  // namespace cairn::app

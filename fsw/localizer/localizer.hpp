@@ -124,6 +124,7 @@ class Localizer {
   LocalizerStatus set_trim(const StepTrim& trim);
   /// A validated map, or a default one for none. Its bytes stay with the caller.
   void set_map(const OrbitalMap& map) { map_ = map; }
+  const OrbitalMap& map() const { return map_; }
 
   /// Begins a frame. The images are borrowed until the next call; null data stands for a missing image.
   /// `motion_prior`: T_prev_cur of the left camera, or null. An unfinished observation of the frame before is

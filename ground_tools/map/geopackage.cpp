@@ -156,4 +156,17 @@ void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder
   table.commit();
 }
 
+std::string reference_beside(const std::filesystem::path& csv) {
+  const std::filesystem::path prj = std::filesystem::path(csv).replace_extension(".prj");
+  if (!std::filesystem::exists(prj)) return std::string(reference_text(nullptr));
+  const std::vector<std::uint8_t> bytes = read_file(prj);
+  const QuietGdal quiet;
+  OGRSpatialReference system;
+  if (system.SetFromUserInput(std::string(bytes.begin(), bytes.end()).c_str()) != OGRERR_NONE ||
+      system.IsGeographic() != 0) {
+    throw ToolError("{}: holds no projected reference system as WKT; mend or remove it", prj.string());
+  }
+  return reference_text(&system);
+}
+
 }  // namespace cairn::ground

@@ -31,4 +31,8 @@ void write_geopackage(const std::filesystem::path& path, const std::vector<Table
 void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
                const std::string& reference_system);
 
+/// The reference system of a table of boulders: that of the `.prj` beside it (WKT), "local" where there is
+/// none. Throws ToolError where it is there and means nothing, or means degrees.
+std::string reference_beside(const std::filesystem::path& csv);
+
 }  // namespace cairn::ground

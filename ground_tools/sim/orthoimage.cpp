@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kFinest_m = 0.005;
+constexpr double kMostSamplesAcross = 16.0;  ///< of the smallest pixel: more would show in no grey level
 constexpr double kBlur_px = 0.5;
 constexpr float kNoise_dn = 1.0F;
 constexpr const char* kReferenceSystem = "+proj=eqc +R=3396190 +units=m +no_defs +type=crs";
@@ -235,7 +236,7 @@ void write_orthoimages(const World& world, const std::vector<OrthoProduct>& prod
   if (products.empty()) return;
   double smallest = products[0].pixel_m;
   for (const OrthoProduct& p : products) smallest = std::min(smallest, p.pixel_m);
-  const double finest_m = smallest / std::ceil(smallest / kFinest_m - 1e-9);
+  const double finest_m = smallest / std::min(std::ceil(smallest / kFinest_m - 1e-9), kMostSamplesAcross);
   QuietGdal gdal;
   std::vector<std::unique_ptr<Product>> writers;
   for (std::size_t i = 0; i < products.size(); ++i)

@@ -143,7 +143,11 @@ std::size_t telecommand_receive(std::uint8_t* out, std::size_t capacity) {
   return size;
 }
 
-Bytes map_bank() { return {}; }  // without a map, odometry runs alone; a rover: the flash bank of the .cmap
+Bytes map_bank() { return {}; }  // without a map, odometry runs alone; a rover: the bank with the .cmap
+
+Room spare_map_bank() { return {}; }  // without it, uplinked maps are refused; a rover: its second bank
+
+bool switch_map_banks() { return false; }  // a rover: which bank is in use, kept over resets
 
 std::uint64_t clock_us() { return 0; }  // a rover: its time base
 

@@ -25,6 +25,8 @@ struct Machine {
   std::deque<Pair> pairs;
   std::deque<std::vector<std::uint8_t>> commands;
   std::vector<std::uint8_t> map;
+  std::vector<std::uint8_t> spare = std::vector<std::uint8_t>(host::kSpareBankBytes);
+  bool banks_switch = true;
   std::function<void(const std::uint8_t*, std::size_t)> sink;
 };
 
@@ -51,6 +53,8 @@ void feed_pair(std::uint32_t number, std::uint64_t t_capture_us, Picture left, P
 }
 void feed_telecommand(std::vector<std::uint8_t> packet) { machine().commands.push_back(std::move(packet)); }
 void load_map_bank(std::vector<std::uint8_t> bytes) { machine().map = std::move(bytes); }
+void give_spare_bank(std::size_t bytes) { machine().spare.assign(bytes, 0); }
+void let_banks_switch(bool allowed) { machine().banks_switch = allowed; }
 void on_telemetry(std::function<void(const std::uint8_t*, std::size_t)> sink) {
   machine().sink = std::move(sink);
 }
@@ -94,6 +98,15 @@ std::size_t telecommand_receive(std::uint8_t* out, std::size_t capacity) {
 }
 
 Bytes map_bank() { return {machine().map.data(), machine().map.size()}; }
+
+Room spare_map_bank() { return {machine().spare.data(), machine().spare.size()}; }
+
+bool switch_map_banks() {
+  Machine& m = machine();
+  if (!m.banks_switch) return false;
+  std::swap(m.map, m.spare);  // what they hold stays where it is
+  return true;
+}
 
 void watchdog_kick() {}
 

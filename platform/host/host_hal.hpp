@@ -20,6 +20,11 @@ struct Picture {
 void feed_pair(std::uint32_t number, std::uint64_t t_capture_us, Picture left, Picture right);
 void feed_telecommand(std::vector<std::uint8_t> packet);
 void load_map_bank(std::vector<std::uint8_t> bytes);
+/// The spare bank, empty at first: kSpareBankBytes where nothing is said, none for 0.
+void give_spare_bank(std::size_t bytes);
+inline constexpr std::size_t kSpareBankBytes = 128 * 1024;
+/// Whether the banks can be switched; they can where nothing is said.
+void let_banks_switch(bool allowed);
 /// Called with each telemetry packet.
 void on_telemetry(std::function<void(const std::uint8_t*, std::size_t)> sink);
 /// Everything as at the start of the process.

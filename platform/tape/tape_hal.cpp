@@ -141,6 +141,10 @@ std::size_t telecommand_receive(std::uint8_t* out, std::size_t capacity) {
 
 Bytes map_bank() { return deck.map; }
 
+Room spare_map_bank() { return {}; }  // a tape brings its maps whole
+
+bool switch_map_banks() { return false; }
+
 void watchdog_kick() {}
 
 }  // namespace hal

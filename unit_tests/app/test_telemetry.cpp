@@ -146,6 +146,35 @@ PacketBytes health_bytes() {
   return b;
 }
 
+UploadReport upload_report() {
+  UploadReport r;
+  r.status = 0x21;
+  r.detail = 0x22;
+  r.kind = 0x23;
+  r.id = 0x01020304U;
+  r.bytes = 0x05060708U;
+  r.chunk_bytes = 0x3132;
+  r.chunks = 0x3334;
+  r.taken = 0x3536;
+  r.first_missing = 0x3738;
+  std::uint32_t next = 0xB0000001U;
+  for (std::uint32_t& v : r.counts) v = next++;
+  for (int i = 0; i < 256; ++i) r.missing[i] = static_cast<std::uint8_t>(i * 7);
+  return r;
+}
+
+PacketBytes upload_bytes() {
+  PacketBytes b(6, kSequence);
+  for (const unsigned v : {0x21U, 0x22U, 0x23U}) b.u8(v);
+  b.u32(0x01020304U);
+  b.u32(0x05060708U);
+  for (const unsigned v : {0x3132U, 0x3334U, 0x3536U, 0x3738U}) b.u16(v);
+  for (std::uint32_t i = 1; i <= 8; ++i) b.u32(0xB0000000U + i);
+  for (unsigned i = 0; i < 256; ++i) b.u8(i * 7 & 0xFFU);
+  b.finish();
+  return b;
+}
+
 Packet packet;
 PacketBytes damaged;
 
@@ -174,6 +203,7 @@ void test_every_byte_is_as_the_icd_says(void**) {
   check_round_trip(kBoulder, boulder_bytes(), PacketType::kBoulder, 50);
   check_round_trip(kAck, ack_bytes(), PacketType::kAck, 19);
   check_round_trip(health_report(), health_bytes(), PacketType::kHealth, 181);
+  check_round_trip(upload_report(), upload_bytes(), PacketType::kUpload, 319);
 }
 
 void test_numbers_that_are_none_come_through(void**) {
@@ -212,6 +242,7 @@ void test_every_single_flip_is_detected(void**) {
   check_every_flip<BoulderReport>(boulder_bytes());
   check_every_flip<AckReport>(ack_bytes());
   check_every_flip<HealthReport>(health_bytes());
+  check_every_flip<UploadReport>(upload_bytes());
 }
 
 void test_every_length_is_judged(void**) {
@@ -247,8 +278,9 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 19), PacketStatus::kOtherType);
   assert_status(status_of<AckReport>(health_bytes(), 181), PacketStatus::kOtherType);
-  assert_status(status_of<HealthReport>(frame_bytes(), 189), PacketStatus::kOtherType);
-  for (const int type : {0, 6, 255}) {
+  assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
+  assert_status(status_of<UploadReport>(frame_bytes(), 189), PacketStatus::kOtherType);
+  for (const int type : {0, 7, 255}) {
     damaged = ack_bytes();
     damaged.data()[0] = static_cast<std::uint8_t>(type);
     damaged.seal(damaged.size());

@@ -19,6 +19,7 @@ struct GroundStation {
   std::vector<app::BoulderReport> boulders;
   std::vector<app::AckReport> acks;
   std::vector<app::HealthReport> healths;
+  std::vector<app::UploadReport> uploads;
   std::vector<std::uint32_t> sequences;
 
   /// An empty machine and a flight module as at power-on, listened to.
@@ -53,7 +54,7 @@ struct GroundStation {
     assert_status(app::check_packet(bytes, size, type, sequence), app::PacketStatus::kGood);
     sequences.push_back(sequence);
     assert_true(keep(bytes, size, frames) || keep(bytes, size, fixes) || keep(bytes, size, boulders) ||
-                keep(bytes, size, acks) || keep(bytes, size, healths));
+                keep(bytes, size, acks) || keep(bytes, size, healths) || keep(bytes, size, uploads));
   }
 };
 
