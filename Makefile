@@ -352,7 +352,7 @@ $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW
 $(B)/tests/ground_tools/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
 $(B)/tests/ground_tools/test_profile_plugin: $(PROFILER)
 # These run the program.
-$(addprefix $(B)/tests/ground_tools/,test_cmd_map test_cmd_run test_cmd_tape test_cmd_uplink test_map_forecast test_profile test_report): $(CAIRN)
+$(addprefix $(B)/tests/ground_tools/,test_cmd_map test_cmd_map_build test_cmd_run test_cmd_tape test_cmd_uplink test_map_forecast test_profile test_report): $(CAIRN)
 $(B)/codec_table: $(B)/ground_tools/checks/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)

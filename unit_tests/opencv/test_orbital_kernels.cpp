@@ -6,6 +6,7 @@
 #include "core/random.hpp"
 #include "map/kernels.hpp"
 #include "map/raster.hpp"
+#include "map/tile_grid.hpp"
 #include "map/whole_image.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
@@ -133,6 +134,48 @@ void test_components(void**) {
   }
 }
 
+/// Components that tiles of all sizes cut, against those of the whole mask.
+void test_components_in_tiles(void**) {
+  for (const cv::Mat& image : images) {
+    const cv::Mat mask = mask_of(image) / 255;
+    static cv::Mat labels;
+    static cv::Mat stats;
+    static cv::Mat centroids;
+    const int count = cv::connectedComponentsWithStats(mask, labels, stats, centroids, 8, CV_32S);
+    rows_expected.clear();
+    for (int i = 1; i < count; ++i) {
+      rows_expected.emplace_back(stats.at<int>(i, cv::CC_STAT_TOP), stats.at<int>(i, cv::CC_STAT_LEFT),
+                                 stats.at<int>(i, cv::CC_STAT_WIDTH), stats.at<int>(i, cv::CC_STAT_HEIGHT),
+                                 stats.at<int>(i, cv::CC_STAT_AREA), centroids.at<double>(i, 0),
+                                 centroids.at<double>(i, 1));
+    }
+    std::sort(rows_expected.begin(), rows_expected.end());
+    for (const int side : {5, 32, 1000}) {
+      const TileGrid grid{{0, 0, mask.cols, mask.rows}, side, side + 3};
+      TileJoiner joiner;
+      static std::vector<Component> found;
+      found.clear();
+      for (std::uint32_t i = 0; i < grid.size(); ++i) {
+        const PixelBox box = grid.box(i);
+        TileLabeller labeller(box, grid.image);
+        for (int y = box.y0; y < box.y1; ++y) labeller.push(mask.ptr(y) + box.x0, image.ptr(y) + box.x0);
+        const TileComponents tile = labeller.finish();
+        found.insert(found.end(), tile.closed.begin(), tile.closed.end());
+        joiner.add(tile, grid.starts_row(i));
+      }
+      const std::vector<Component> shared = joiner.finish();
+      found.insert(found.end(), shared.begin(), shared.end());
+      rows_actual.clear();
+      for (const Component& c : found) {
+        rows_actual.emplace_back(c.min_y, c.min_x, c.max_x - c.min_x + 1, c.max_y - c.min_y + 1,
+                                 static_cast<int>(c.area_px), c.mean_x(), c.mean_y());
+      }
+      std::sort(rows_actual.begin(), rows_actual.end());
+      assert_true(rows_actual == rows_expected);
+    }
+  }
+}
+
 void test_second_moments(void**) {
   const cv::Mat mask = mask_of(images[14]);
   cv::Mat one(mask.size(), CV_8U);
@@ -180,11 +223,9 @@ void test_difference_from_surroundings(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_otsu),
-      cmocka_unit_test(test_median),
-      cmocka_unit_test(test_components),
-      cmocka_unit_test(test_second_moments),
-      cmocka_unit_test(test_difference_from_surroundings),
+      cmocka_unit_test(test_otsu),           cmocka_unit_test(test_median),
+      cmocka_unit_test(test_components),     cmocka_unit_test(test_components_in_tiles),
+      cmocka_unit_test(test_second_moments), cmocka_unit_test(test_difference_from_surroundings),
   };
   return cmocka_run_group_tests_name("opencv/orbital_kernels", tests, setup, nullptr);
 }
