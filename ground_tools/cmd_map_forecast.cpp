@@ -61,7 +61,7 @@ void run(ForecastOptions& options) {
   model.fusion.sigma_turn_rad_per_m = options.drift_yaw_deg_per_m * kRadPerDeg;
   const CmapContent map = decode_cmap(read_file(options.map), options.map.string());
   const std::vector<PathPoint> drive = planned(options, map);
-  const Forecast made = forecast(model, map.boulders, drive);
+  const Forecast made = forecast(model_for(model, map.boulders, map.extent), map.boulders, drive);
   const ForecastSource source{options.map.string(), options.path.string(), map.reference_system};
 
   const auto put = [&](const fs::path& wanted, const char* name, const auto& text) {

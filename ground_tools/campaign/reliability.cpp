@@ -7,6 +7,7 @@
 #include <limits>
 #include <sstream>
 
+#include "forecast/unmapped.hpp"
 #include "map/cmap_file.hpp"
 #include "output_file.hpp"
 #include "schedule.hpp"
@@ -294,7 +295,8 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
   const std::vector<PathPoint> drive = sim::plan(sim::load_scene(folder / "scene.toml"));
   TrialForecast trial;
   const WordTable fixes(folder / "fixes.csv");
-  trial.fixes = fixes_of(forecast(model, map.boulders, drive), fixes, seed);
+  trial.fixes =
+      fixes_of(forecast(model_for(model, map.boulders, map.extent), map.boulders, drive), fixes, seed);
   if (!fs::exists(folder / "seen.csv", ignored)) return trial;
   LocalMaps snapshots;
   for (std::size_t row = 0; row < fixes.size(); ++row) {
@@ -307,6 +309,8 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
     snapshots[{seen.word(row, "vo"), at}].emplace_back(seen.number(row, "x_m"), seen.number(row, "y_m"));
   }
   trial.evidence = evidence_of(model, map.boulders, drive, snapshots);
+  trial.evidence.boulders = map.boulders;
+  trial.evidence.extent = map.extent;
   return trial;
 }
 
@@ -353,32 +357,35 @@ Reliability reliability_of(const std::vector<ForecastFix>& fixes, FixEvent event
 
 ForecastModel fitted(const ForecastModel& model, const std::vector<TrialForecast>& trials) {
   ForecastModel fit = model;
-  double swept_m2 = 0.0;
-  double clutter = 0.0;
   std::vector<std::vector<Look>> looks;
   std::vector<double> pair_m;
-  std::vector<double> common_m;
-  bool any = false;
+  double common_squares = 0.0;
+  double commons = 0.0;
+  const double gate_m2 = kPi * model.icp.gate_final_m * model.icp.gate_final_m;
+  for (const TrialForecast& t : trials) {
+    const DriveEvidence& e = t.evidence;
+    if (e.looks.empty() || !(e.swept_m2 > 0.0)) continue;
+    looks.push_back(e.looks);
+    const double clutter_per_m2 = static_cast<double>(e.clutter) / e.swept_m2;
+    for (Look& look : looks.back()) look.by_chance = 1.0 - std::exp(-clutter_per_m2 * gate_m2);
+    pair_m.insert(pair_m.end(), e.pair_m.begin(), e.pair_m.end());
+    for (const double c : e.common_m) common_squares += c * c;
+    commons += static_cast<double>(e.common_m.size());
+  }
+  if (looks.empty()) return fit;
+  fit.detection = fit_detection(looks).curve;
+  // What is left of the clutter when each map's resolution has had its share.
+  double swept_m2 = 0.0;
+  double clutter = 0.0;
   for (const TrialForecast& t : trials) {
     const DriveEvidence& e = t.evidence;
     swept_m2 += e.swept_m2;
-    clutter += static_cast<double>(e.clutter);
-    looks.push_back(e.looks);
-    any = any || !e.looks.empty();
-    pair_m.insert(pair_m.end(), e.pair_m.begin(), e.pair_m.end());
-    common_m.insert(common_m.end(), e.common_m.begin(), e.common_m.end());
+    clutter +=
+        static_cast<double>(e.clutter) - e.swept_m2 * unmapped_per_m2(e.boulders, e.extent, fit.detection);
   }
-  if (!any || !(swept_m2 > 0.0)) return fit;
-  fit.clutter_per_m2 = clutter / swept_m2;
-  const double gate_m = model.icp.gate_final_m;
-  for (std::vector<Look>& drive : looks) {
-    for (Look& look : drive) look.by_chance = 1.0 - std::exp(-fit.clutter_per_m2 * kPi * gate_m * gate_m);
-  }
-  fit.detection = fit_detection(looks).curve;
+  fit.clutter_per_m2 = std::max(0.0, clutter / swept_m2);
   fit.sigma_pair_m = robust_sigma(pair_m, model.sigma_pair_m);
-  double squares = 0.0;
-  for (const double c : common_m) squares += c * c;
-  if (!common_m.empty()) fit.sigma_common_m = std::sqrt(squares / static_cast<double>(common_m.size()));
+  if (commons > 0.0) fit.sigma_common_m = std::sqrt(common_squares / commons);
   return fit;
 }
 

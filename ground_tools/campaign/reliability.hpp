@@ -38,6 +38,8 @@ struct ForecastFix {
 
 /// What the drives say of the model's parameters.
 struct DriveEvidence {
+  std::vector<TableBoulder> boulders;  ///< of the map
+  MapExtent extent;
   std::vector<Look> looks;       ///< one a map boulder and snapshot
   double swept_m2 = 0.0;         ///< ground of footprints farther than the gate from every boulder of the map
   std::size_t clutter = 0;       ///< local boulders on it

@@ -27,16 +27,27 @@ double log_likelihood(const std::vector<Look>& looks, const DetectionCurve& curv
   return sum;
 }
 
+using Drives = std::vector<std::vector<Look>>;
+
+/// Of all drives, each with its own shift of the log-odds.
+double log_likelihood(const Drives& drives, const std::vector<double>& shifts, const Point& at) {
+  DetectionCurve curve = curve_at(at);
+  curve.spread = 1.0;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < drives.size(); ++i) sum += log_likelihood(drives[i], curve, shifts[i]);
+  return sum;
+}
+
 /// Hooke and Jeeves: along each axis both ways, half the step where nothing is better.
-double climb(const std::vector<Look>& looks, Point& at) {
-  double best = log_likelihood(looks, curve_at(at), 0.0);
+double climb(const Drives& drives, const std::vector<double>& shifts, Point& at) {
+  double best = log_likelihood(drives, shifts, at);
   for (double step = 0.25; step > 1.0e-5;) {
     bool better = false;
     for (std::size_t axis = 0; axis < at.size(); ++axis) {
       for (const double way : {step, -step}) {
         Point next = at;
         next[axis] = std::clamp(next[axis] + way * (kHigh[axis] - kLow[axis]), kLow[axis], kHigh[axis]);
-        const double value = log_likelihood(looks, curve_at(next), 0.0);
+        const double value = log_likelihood(drives, shifts, next);
         if (value <= best) continue;
         best = value;
         at = next;
@@ -75,31 +86,38 @@ double DetectionCurve::operator()(double diameter_m, double shift) const {
   return d * factor / (d * factor + 1.0 - d);
 }
 
-DetectionFit fit_detection(const std::vector<std::vector<Look>>& drives) {
-  std::vector<Look> looks;
-  for (const std::vector<Look>& drive : drives) looks.insert(looks.end(), drive.begin(), drive.end());
-  CAIRN_ASSERT(!looks.empty());
+DetectionFit fit_detection(const Drives& drives) {
   DetectionFit fit;
-  fit.looks = looks.size();
-  fit.paired = static_cast<std::size_t>(
-      std::count_if(looks.begin(), looks.end(), [](const Look& look) { return look.paired; }));
+  double with_looks = 0.0;
+  for (const std::vector<Look>& drive : drives) {
+    with_looks += drive.empty() ? 0.0 : 1.0;
+    fit.looks += drive.size();
+    fit.paired += static_cast<std::size_t>(
+        std::count_if(drive.begin(), drive.end(), [](const Look& look) { return look.paired; }));
+  }
+  CAIRN_ASSERT(fit.looks > 0);
   fit.log_likelihood = -std::numeric_limits<double>::infinity();
+  constexpr int kRounds = 6;
   for (const double half_m : {0.05, 0.15, 0.4}) {
     Point at = {0.7, std::log(half_m), std::log(3.0)};
-    const double value = climb(looks, at);
+    std::vector<double> shifts(drives.size(), 0.0);
+    double value = climb(drives, shifts, at);
+    for (int round = 0; round < kRounds && with_looks > 1.0; ++round) {
+      double mean = 0.0;
+      for (std::size_t i = 0; i < drives.size(); ++i) {
+        shifts[i] = drives[i].empty() ? 0.0 : best_shift(drives[i], curve_at(at));
+        mean += shifts[i] / with_looks;
+      }
+      for (std::size_t i = 0; i < drives.size(); ++i) shifts[i] -= drives[i].empty() ? 0.0 : mean;
+      value = climb(drives, shifts, at);
+    }
     if (value <= fit.log_likelihood) continue;
     fit.log_likelihood = value;
     fit.curve = curve_at(at);
+    double squares = 0.0;
+    for (const double shift : shifts) squares += shift * shift;
+    fit.curve.spread = with_looks > 1.0 ? std::min(3.0, std::sqrt(squares / (with_looks - 1.0))) : 0.0;
   }
-  double squares = 0.0;
-  double counted = 0.0;
-  for (const std::vector<Look>& drive : drives) {
-    if (drive.empty()) continue;
-    const double shift = best_shift(drive, fit.curve);
-    squares += shift * shift;
-    counted += 1.0;
-  }
-  fit.curve.spread = std::min(3.0, std::sqrt(squares / counted));
   return fit;
 }
 

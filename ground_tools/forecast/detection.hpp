@@ -15,10 +15,10 @@
 namespace cairn::ground {
 
 struct DetectionCurve {
-  double most = 0.86;    ///< (0, 1]
-  double half_m = 0.10;  ///< [0.005, 2]
-  double power = 3.0;    ///< [0.5, 20]
-  double spread = 0.7;   ///< [0, 3]
+  double most = 0.68;     ///< (0, 1]
+  double half_m = 0.086;  ///< [0.005, 2]
+  double power = 6.3;     ///< [0.5, 20]
+  double spread = 1.09;   ///< [0, 3]
 
   /// d(D) of a drive with that shift of the log-odds, in units of `spread`.
   double operator()(double diameter_m, double shift = 0.0) const;
@@ -52,9 +52,10 @@ struct DetectionFit {
 };
 
 /// The curve of greatest likelihood for the looks of some drives, pairs by chance allowed for:
-/// P(paired) = 1 - (1 - c d(D)) (1 - by_chance). Found without shifts, by a pattern search over the ranges
-/// above from several starts; `spread` is the root mean square over drives of the shift that suits each best.
-/// Asks for at least one look in all.
+/// P(paired) = 1 - (1 - c d(D)) (1 - by_chance). By turns the curve is found by a pattern search over the
+/// ranges above (from several starts), and for each drive the shift of the log-odds that suits it best, less
+/// their mean; `spread` is the standard deviation of those, 0 for a single drive. Asks for at least one look
+/// in all.
 DetectionFit fit_detection(const std::vector<std::vector<Look>>& drives);
 
 }  // namespace cairn::ground

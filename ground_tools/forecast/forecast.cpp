@@ -7,6 +7,7 @@
 
 #include "app/flight_app.hpp"
 #include "forecast/pair_count.hpp"
+#include "forecast/unmapped.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -247,6 +248,13 @@ std::size_t fewest_pairs(const IcpParams& params) {
     if (n - static_cast<int>(params.trim_fraction * n) >= params.min_pairs)
       return static_cast<std::size_t>(n);
   }
+}
+
+ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
+                        const MapExtent& extent) {
+  ForecastModel adapted = model;
+  adapted.clutter_per_m2 += unmapped_per_m2(boulders, extent, model.detection);
+  return adapted;
 }
 
 Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,

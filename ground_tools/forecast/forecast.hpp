@@ -42,9 +42,10 @@ struct ForecastModel {
   IcpParams icp;
   FusionParams fusion;
   DetectionCurve detection;
-  double clutter_per_m2 = 0.4;   ///< of the swept ground: local boulders that are none of the map's
-  double sigma_pair_m = 0.07;    ///< of a right pair, per axis; the flight module's own where that is larger
-  double sigma_common_m = 0.06;  ///< per axis, of what all boulders of a map have in common: its shift
+  double clutter_per_m2 = 0.10;  ///< of the swept ground: local boulders that are none of the map's, and not
+                                 ///< for its resolution
+  double sigma_pair_m = 0.025;   ///< of a right pair, per axis; the flight module's own where that is larger
+  double sigma_common_m = 0.03;  ///< per axis, of what all boulders of a map have in common: its shift
   double sigma_start_xy_m = 0.05;
   double sigma_start_yaw_rad = 0.01;
   double right_within_m = 0.15;
@@ -108,7 +109,11 @@ struct Forecast {
 /// Fewest pairs within the gate that leave `min_pairs` when the worst are dropped.
 std::size_t fewest_pairs(const IcpParams& params);
 
-/// Asks for at least one frame.
+/// The model for a map: what the map is too coarse for is added to the clutter (forecast/unmapped.hpp).
+ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
+                        const MapExtent& extent);
+
+/// Takes the model as it stands. Asks for at least one frame.
 Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                   const std::vector<PathPoint>& drive);
 

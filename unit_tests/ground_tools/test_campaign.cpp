@@ -92,6 +92,19 @@ void test_drawn_numbers_are_in_range_and_fill_it(void**) {
   }
 }
 
+/// Sparse fields have fewer rocks; all else is drawn as usual.
+void test_sparse_fields(void**) {
+  for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + 100; ++seed) {
+    static Setup usual, sparse;
+    usual = draw_setup(seed);
+    sparse = draw_setup(seed, Abundance::kSparse);
+    within(sparse.scene.rocks.k, 0.02, 0.032, "k");
+    sparse.scene.rocks.k = usual.scene.rocks.k;
+    assert_string_equal(sim::to_toml(sparse.scene).c_str(), sim::to_toml(usual.scene).c_str());
+    assert_true(sparse.map_pixel_m == usual.map_pixel_m && sparse.worse_scale == usual.worse_scale);
+  }
+}
+
 void test_maps_and_kinds_come_equally_often(void**) {
   static std::map<std::pair<double, int>, int> count;
   for (std::uint64_t seed = 1003; seed < 1003 + 56; ++seed) {
@@ -377,6 +390,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_drawn_scenes_are_valid),
       cmocka_unit_test(test_drawn_numbers_are_in_range_and_fill_it),
+      cmocka_unit_test(test_sparse_fields),
       cmocka_unit_test(test_maps_and_kinds_come_equally_often),
       cmocka_unit_test(test_verdicts_at_each_border),
       cmocka_unit_test(test_fixes_of_a_replay_are_judged),

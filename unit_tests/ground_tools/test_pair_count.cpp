@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "forecast/detection.hpp"
+#include "forecast/unmapped.hpp"
+#include "sim/rocks.hpp"
 #include "support/cmocka.hpp"
 #include "support/noise.hpp"
 
@@ -134,6 +136,68 @@ void test_fits_of_nothing_but_hits_or_misses(void**) {
   }
 }
 
+/// A drive where nothing is found as elsewhere: the spread is that of the drives.
+void test_drives_differ(void**) {
+  static std::vector<std::vector<Look>> drives;
+  Random random(4);
+  const DetectionCurve truth{0.6, 0.1, 6.0, 1.0};
+  for (const double shift : {-1.0, 0.0, 1.0}) {
+    drives.emplace_back();
+    for (int i = 0; i < 10000; ++i) {
+      Look look;
+      look.diameter_m = test::uniform(random, 0.05, 0.5);
+      look.paired = test::uniform(random, 0.0, 1.0) < truth(look.diameter_m, shift);
+      drives.back().push_back(look);
+    }
+  }
+  drives.emplace_back();  // one that saw nothing changes nothing
+  const DetectionFit fit = fit_detection(drives);
+  assert_near(fit.curve.spread, 1.0, 0.08);
+  assert_near(fit.curve.most, 0.6, 0.02);
+  assert_near(fit.curve.half_m, 0.1, 0.005);
+  // The shift of the log-odds, by hand; nodes that are those of the normal distribution.
+  const double odds = 0.3 / 0.7 * std::exp(1.0);
+  assert_near(truth(0.1, 1.0), odds / (1.0 + odds), 1e-12);
+  double moments[5] = {};
+  for (const ShiftNode& n : kShiftNodes) {
+    for (int k = 0; k < 5; ++k) moments[k] += n.weight * std::pow(n.shift, k);
+  }
+  const double normal[5] = {1.0, 0.0, 1.0, 0.0, 3.0};
+  for (int k = 0; k < 5; ++k) assert_near(moments[k], normal[k], 1e-12);
+}
+
+/// Boulders drawn from the law, the map cut off where its resolution ends.
+void test_what_a_coarse_map_leaves_out(void**) {
+  constexpr double k = 0.07;
+  constexpr double kSide_m = 200.0;
+  const MapExtent extent{0.0, 0.0, kSide_m, kSide_m};
+  const DetectionCurve curve{0.7, 0.09, 6.0, 0.0};
+  Random random(5);
+  for (const double cut_m : {0.1, 0.2, 0.35}) {
+    static std::vector<TableBoulder> boulders;
+    boulders.clear();
+    double expected = 0.0;
+    constexpr double kStep_m = 0.002;
+    for (double d = 0.04; d < 2.0; d += kStep_m) {
+      const double per_m2 = sim::rocks_per_m2(k, d, d + kStep_m);
+      if (d < cut_m) expected += per_m2 * curve(d + 0.5 * kStep_m);
+      for (double n = per_m2 * kSide_m * kSide_m; d >= cut_m && test::uniform(random, 0.0, 1.0) < n;
+           n -= 1.0) {
+        TableBoulder b;
+        b.diameter_m = d + test::uniform(random, 0.0, kStep_m);
+        boulders.push_back(b);
+      }
+    }
+    // The tenth percentile lies a little above the cut.
+    assert_near(unmapped_per_m2(boulders, extent, curve) / expected, 1.1, 0.2);
+    for (TableBoulder& b : boulders) b.confidence = 0.5;
+    assert_true(unmapped_per_m2(boulders, extent, curve) < 0.8 * expected);
+    boulders.resize(9);
+    assert_near(unmapped_per_m2(boulders, extent, curve), 0.0, 0.0);
+  }
+  assert_near(unmapped_per_m2({}, extent, curve), 0.0, 0.0);
+}
+
 }  // namespace
 
 int main() {
@@ -144,6 +208,8 @@ int main() {
       cmocka_unit_test(test_curve),
       cmocka_unit_test(test_a_curve_is_found_again),
       cmocka_unit_test(test_fits_of_nothing_but_hits_or_misses),
+      cmocka_unit_test(test_drives_differ),
+      cmocka_unit_test(test_what_a_coarse_map_leaves_out),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
