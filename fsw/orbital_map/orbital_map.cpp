@@ -120,7 +120,7 @@ bool OrbitalMap::tile(std::uint32_t index, MapTile& out) const {
 }
 
 bool OrbitalMap::tile_holds(std::uint32_t index, const MapTile& tile) {
-  if (tile.bytes == 0) return true;
+  if (tile.payload == nullptr) return true;
   if (tile.bytes < cmap::kCrcBytes || tile.bytes > cmap::kMaxTileBytes) return false;
   const std::uint32_t coded = tile.bytes - cmap::kCrcBytes;
   return crc32(tile.payload, coded, cmap::tile_crc_start(index)) == be::get_u32(tile.payload + coded);
@@ -168,14 +168,17 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
                                         MapBoulders& out) const {
   MapTile place;
   if (!tile(index, place) || !tile_holds(index, place)) return Taken::kCorrupt;
-  if (place.bytes == 0) return Taken::kAll;
+  if (place.payload == nullptr) return Taken::kAll;
   cmap::TileDecoder decoder;
   if (!decoder.start(models_, place.shape, place.payload, place.bytes - cmap::kCrcBytes))
     return Taken::kCorrupt;
   const std::size_t before = out.size();
   const double radius2 = radius_m * radius_m;
-  const Vec2 p = p_map_m;  // copies, which cannot change under the loop
-  const Vec2 origin(origin_x_m_, origin_y_m_);
+  // Copies: for all that the compiler knows, what is written below might change the originals.
+  const double centre_x_m = p_map_m.x();
+  const double centre_y_m = p_map_m.y();
+  const double origin_x_m = origin_x_m_;
+  const double origin_y_m = origin_y_m_;
   const double quantum_m = quantum_m_;
   const std::size_t room = MapBoulders::capacity() - before;
   MapBoulder* const next = out.end();
@@ -188,10 +191,10 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
     step = decoder.read(models_, coded, kBoulderUnit, given);
     for (unsigned i = 0; i < given; ++i) {
       const cmap::TileBoulder& c = coded[i];
-      const double x_m = origin.x() + (place.first_x + c.x) * quantum_m;
-      const double y_m = origin.y() + (place.first_y + c.y) * quantum_m;
-      const double east_m = x_m - p.x();
-      const double north_m = y_m - p.y();
+      const double x_m = origin_x_m + (place.first_x + c.x) * quantum_m;
+      const double y_m = origin_y_m + (place.first_y + c.y) * quantum_m;
+      const double east_m = x_m - centre_x_m;
+      const double north_m = y_m - centre_y_m;
       if (east_m * east_m + north_m * north_m > radius2) continue;
       if (taken == room) {
         full = true;  // the tile is read to its end all the same: it may turn out corrupt
@@ -267,7 +270,7 @@ void MapValidation::begin_tile() {
     return;
   }
   const bool leads = candidate_.tile(index_, tile_);
-  if (leads && tile_.bytes == 0) {
+  if (leads && tile_.payload == nullptr) {
     ++index_;
   } else if (!leads || tile_.bytes < cmap::kCrcBytes || tile_.bytes > cmap::kMaxTileBytes) {
     leave_out_tile();
@@ -315,13 +318,12 @@ void MapValidation::leave_out_tile() {
 
 void MapValidation::conclude() {
   const bool whole = candidate_.damaged_tiles_ == 0;
+  const bool as_made = !whole || tiles_crc_ == be::get_u32(candidate_.bytes_ + cmap::kTilesCrcAt);
   if (whole && good_boulders_ != candidate_.count_) {
     status_ = MapStatus::kBadDirectory;
-  } else if (whole && tiles_crc_ != be::get_u32(candidate_.bytes_ + cmap::kTilesCrcAt)) {
-    status_ = MapStatus::kPayloadCrc;
-  } else if (whole && good_tiles_ == 0) {
+  } else if (whole && as_made && good_tiles_ == 0) {
     status_ = MapStatus::kNoBoulders;
-  } else if (good_tiles_ == 0) {
+  } else if (!as_made || good_tiles_ == 0) {
     status_ = MapStatus::kPayloadCrc;
   } else {
     status_ = whole ? MapStatus::kUsable : MapStatus::kDamaged;
