@@ -34,6 +34,11 @@ double elongation_of(const Component& c) {
   return std::sqrt((half_trace + root) / std::max(half_trace - root, 1.0 / 12.0));
 }
 
+/// How likely a blob of this contrast is a boulder: a logistic function fitted to the 5121 blobs of five
+/// rendered orthoimages (5, 10 and 20 mm, two suns), of which 83 % are. Size and shape add next to nothing to
+/// it. On images of another ground it ranks rather than measures.
+double confidence_of(double contrast) { return 1.0 / (1.0 + std::exp(1.76 - 14.6 * contrast)); }
+
 TableBoulder boulder_of(const Component& c, const GeoTransform& geo) {
   TableBoulder b;
   b.p_map_m = geo.to_map(c.mean_x(), c.mean_y());
@@ -42,6 +47,7 @@ TableBoulder boulder_of(const Component& c, const GeoTransform& geo) {
   b.contrast =
       std::max(0.0, kLevel - static_cast<double>(c.sum_value) / static_cast<double>(c.area_px)) / 255.0;
   b.elongation = elongation_of(c);
+  b.confidence = confidence_of(b.contrast);
   return b;
 }
 

@@ -67,6 +67,7 @@ void test_discs_at_every_resolution(void**) {
       assert_near(near->area_m2, 0.7854 * near->diameter_m * near->diameter_m, 1e-4);
       assert_near(near->contrast, 80.0 / 255.0, 0.06);
       assert_near(near->elongation, 1.0, 0.12);
+      assert_in_range(static_cast<int>(100.0 * near->confidence), 90, 100);  // as dark as a shadow gets
     }
   }
 }
