@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "cmd_map.hpp"
 #include "forecast/forecast.hpp"
@@ -29,15 +31,30 @@ struct ForecastOptions {
   fs::path csv;
   fs::path geojson;
   fs::path plot;
-  fs::path model_file;
   bool json = false;
   std::string mission = cfg::kMission.name;
   double step_m = 0.06;
   double turn_step_deg = 2.0;
   double start_yaw_deg = 0.01 * kDegPerRad;
   double drift_yaw_deg_per_m = cfg::kMission.drift_yaw_rad_per_m * kDegPerRad;
-  ForecastModel model = mission_model();
+  ForecastModel model;  ///< what is not of the map's detector: start, drift, borders
+  /// What the command line says of the detection, in its order: on top of what is known of the map's
+  /// detector.
+  std::vector<std::function<void(ForecastModel&)>> changes;
 };
+
+ForecastModel model_of(const ForecastOptions& options, cmap::Method method) {
+  ForecastModel model = mission_model(method);
+  for (const auto& change : options.changes) change(model);
+  check_model(model, "map forecast");
+  model.sigma_start_xy_m = options.model.sigma_start_xy_m;
+  model.sigma_start_yaw_rad = options.start_yaw_deg * kRadPerDeg;
+  model.fusion.sigma_scale = options.model.fusion.sigma_scale;
+  model.fusion.sigma_turn_rad_per_m = options.drift_yaw_deg_per_m * kRadPerDeg;
+  model.blind_below = options.model.blind_below;
+  model.right_within_m = options.model.right_within_m;
+  return model;
+}
 
 std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent& map) {
   const std::vector<Vec2> waypoints = read_waypoints(options.path, map.extent, options.map.string());
@@ -50,16 +67,13 @@ std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent
   return drive_over(waypoints, options.step_m, options.turn_step_deg);
 }
 
-void run(ForecastOptions& options) {
+void run(const ForecastOptions& options) {
   if (options.mission != cfg::kMission.name) {
     throw ToolError("--mission: '{}' is not what cairn was built for, '{}'; build with MISSION={}",
                     options.mission, cfg::kMission.name, options.mission);
   }
-  ForecastModel& model = options.model;
-  check_model(model, "map forecast");
-  model.sigma_start_yaw_rad = options.start_yaw_deg * kRadPerDeg;
-  model.fusion.sigma_turn_rad_per_m = options.drift_yaw_deg_per_m * kRadPerDeg;
   const CmapContent map = decode_cmap(read_file(options.map), options.map.string());
+  const ForecastModel model = model_of(options, map.method);
   const std::vector<PathPoint> drive = planned(options, map);
   const Forecast made = forecast(model_for(model, map.boulders, map.extent), map.boulders, drive);
   const ForecastSource source{options.map.string(), options.path.string(), map.reference_system};
@@ -78,44 +92,49 @@ void run(ForecastOptions& options) {
 }
 
 void add_model_options(CLI::App* app, ForecastOptions& o) {
-  const char* group = "Model";
-  ForecastModel& m = o.model;
-  // Read where it stands on the command line, so that single values may follow and replace its own.
+  const char* group = "Model (defaults by the map's detector, USER_GUIDE part 8)";
   app->add_option_function<std::string>(
-         "--model", [&o](const std::string& file) { read_model(file, o.model); },
-         "take the parameters below from the forecast_model.json of a campaign")
+         "--model",
+         [&o](const std::string& file) {
+           o.changes.emplace_back([file](ForecastModel& m) { read_model(file, m); });
+         },
+         "take the parameters below from the forecast_model.json of a campaign; options that follow replace "
+         "single ones")
       ->trigger_on_parse()
       ->group(group);
-  app->add_option("--detect-most", m.detection.most,
-                  "share of the large boulders of the map that the rover finds")
-      ->capture_default_str()
-      ->group(group)
-      ->trigger_on_parse();
-  app->add_option("--detect-half", m.detection.half_m, "diameter at which it finds half as many, m")
-      ->capture_default_str()
-      ->group(group)
-      ->trigger_on_parse();
-  app->add_option("--detect-power", m.detection.power, "how steeply that rises with the diameter")
-      ->capture_default_str()
-      ->group(group)
-      ->trigger_on_parse();
-  app->add_option("--detect-spread", m.detection.spread,
-                  "how much drives differ in that: standard deviation of the log-odds")
-      ->capture_default_str()
-      ->group(group)
-      ->trigger_on_parse();
-  app->add_option("--clutter", m.clutter_per_m2, "ground boulders that are none of the map's, per m2 swept")
-      ->capture_default_str()
-      ->group(group)
-      ->trigger_on_parse();
-  app->add_option("--pair-sigma", m.sigma_pair_m, "error of a pair, m per axis")
-      ->capture_default_str()
-      ->group(group)
-      ->trigger_on_parse();
-  app->add_option("--common-sigma", m.sigma_common_m, "error that all boulders of the map share, m per axis")
-      ->capture_default_str()
-      ->group(group)
-      ->trigger_on_parse();
+  const auto number = [&](const char* name, const std::function<double&(ForecastModel&)>& of,
+                          const char* what) {
+    app->add_option_function<double>(
+           name,
+           [&o, of](const double& value) {
+             o.changes.emplace_back([of, value](ForecastModel& m) { of(m) = value; });
+           },
+           what)
+        ->trigger_on_parse()
+        ->group(group);
+  };
+  using Model = ForecastModel;
+  number(
+      "--detect-most", [](Model& m) -> double& { return m.detection.most; },
+      "share of the large boulders of the map that the rover finds");
+  number(
+      "--detect-half", [](Model& m) -> double& { return m.detection.half_m; },
+      "diameter at which it finds half as many, m");
+  number(
+      "--detect-power", [](Model& m) -> double& { return m.detection.power; },
+      "how steeply that rises with the diameter");
+  number(
+      "--detect-spread", [](Model& m) -> double& { return m.detection.spread; },
+      "how much drives differ in that: standard deviation of the log-odds");
+  number(
+      "--clutter", [](Model& m) -> double& { return m.clutter_per_m2; },
+      "ground boulders that are none of the map's, per m2 swept; those that it is too coarse for come on "
+      "top");
+  number(
+      "--pair-sigma", [](Model& m) -> double& { return m.sigma_pair_m; }, "error of a pair, m per axis");
+  number(
+      "--common-sigma", [](Model& m) -> double& { return m.sigma_common_m; },
+      "error that all boulders of the map share, m per axis");
 }
 
 void add_drive_options(CLI::App* app, ForecastOptions& o) {

@@ -15,10 +15,10 @@
 namespace cairn::ground {
 
 struct DetectionCurve {
-  double most = 0.68;     ///< (0, 1]
-  double half_m = 0.086;  ///< [0.005, 2]
-  double power = 6.3;     ///< [0.5, 20]
-  double spread = 1.09;   ///< [0, 3]
+  double most = 0.86;     ///< (0, 1]
+  double half_m = 0.083;  ///< [0.005, 2]
+  double power = 8.5;     ///< [0.5, 20]
+  double spread = 0.66;   ///< [0, 3]
 
   /// d(D) of a drive with that shift of the log-odds, in units of `spread`.
   double operator()(double diameter_m, double shift = 0.0) const;

@@ -213,9 +213,16 @@ std::vector<BlindStretch> blind_stretches(const Forecast& made, const std::vecto
 
 }  // namespace
 
-ForecastModel mission_model() {
+ForecastModel mission_model(cmap::Method method) {
   ForecastModel model;
   model.rig = app::mission_rig();
+  if (method == cmap::Method::kOtsu) {
+    // Blobs are shadows, moved and of another size, and many are none of boulders.
+    model.detection = {0.68, 0.086, 6.3, 1.09};
+    model.clutter_per_m2 = 0.10;
+    model.sigma_pair_m = 0.025;
+    model.sigma_common_m = 0.03;
+  }
   return model;
 }
 

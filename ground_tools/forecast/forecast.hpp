@@ -31,6 +31,7 @@
 #include "forecast/sweep.hpp"
 #include "localizer/pose_fusion.hpp"
 #include "map/boulder_table.hpp"
+#include "orbital_map/cmap_format.hpp"
 #include "registration/icp.hpp"
 
 namespace cairn::ground {
@@ -42,18 +43,19 @@ struct ForecastModel {
   IcpParams icp;
   FusionParams fusion;
   DetectionCurve detection;
-  double clutter_per_m2 = 0.10;  ///< of the swept ground: local boulders that are none of the map's, and not
-                                 ///< for its resolution
-  double sigma_pair_m = 0.025;   ///< of a right pair, per axis; the flight module's own where that is larger
-  double sigma_common_m = 0.03;  ///< per axis, of what all boulders of a map have in common: its shift
+  double clutter_per_m2 = 0.0;    ///< of the swept ground: local boulders that are none of the map's, and not
+                                  ///< for its resolution
+  double sigma_pair_m = 0.022;    ///< of a right pair, per axis; the flight module's own where that is larger
+  double sigma_common_m = 0.017;  ///< per axis, of what all boulders of a map have in common: its shift
   double sigma_start_xy_m = 0.05;
   double sigma_start_yaw_rad = 0.01;
   double right_within_m = 0.15;
   double blind_below = 0.5;
 };
 
-/// The mission's rig, and all else as above.
-ForecastModel mission_model();
+/// The mission's rig, and what drives told of maps of that method (doc/USER_GUIDE.md part 8 tells which
+/// drives): the defaults above are of the shadow-aware detector, and taken for tables, too.
+ForecastModel mission_model(cmap::Method method = cmap::Method::kShadow);
 
 /// A Gaussian in the plane: standard deviations along its axes, and where the longer one points,
 /// counter-clockwise from east, in (-pi/2, pi/2].
