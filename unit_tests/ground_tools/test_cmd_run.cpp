@@ -122,8 +122,9 @@ void test_maps(void**) {
   save("header.cmap", bad);
   check_refused(rest + map_at("header.cmap"), "header.cmap", "build it again");
   bad = map;
-  bad[5] = 2;
-  be::put_u32(bad.data() + cmap::kHeaderCrcAt, crc32(bad.data(), cmap::kHeaderCrcAt));
+  bad[cmap::kVersionAt] = cmap::kVersion + 1;
+  const std::size_t crc_at = be::get_u16(bad.data() + cmap::kHeadBytesAt) - cmap::kCrcBytes;
+  be::put_u32(bad.data() + crc_at, crc32(bad.data(), crc_at));
   save("version.cmap", bad);
   check_refused(rest + map_at("version.cmap"), "version.cmap: has a version", "build it again");
   bad.assign(map.begin(), map.end() - 3);
