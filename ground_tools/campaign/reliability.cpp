@@ -391,7 +391,8 @@ ForecastModel fitted(const ForecastModel& model, const std::vector<TrialForecast
 
 void print_reliability(const std::vector<TrialForecast>& trials, const ForecastModel& model) {
   const std::vector<ForecastFix> fixes = all_fixes(trials);
-  fmt::print("\nForecast against outcome, {} fixes of {} drives\n", fixes.size(), trials.size());
+  fmt::print("\nForecast against outcome, {} fixes with {} maps, each with VO as it is and made worse\n",
+             fixes.size(), trials.size());
   for (const FixEvent event : kFixEvents) {
     const Reliability r = reliability_of(fixes, event);
     fmt::print("  {:<10} {:>6}  {:>8}  {:>8}  {:<16}\n", name_of(event), "fixes", "forecast", "observed",
@@ -429,7 +430,7 @@ void print_reliability(const std::vector<TrialForecast>& trials, const ForecastM
 ordered_json reliability_json(const std::vector<TrialForecast>& trials, const ForecastModel& model) {
   const std::vector<ForecastFix> fixes = all_fixes(trials);
   ordered_json json;
-  json["drives"] = trials.size();
+  json["maps"] = trials.size();
   for (const FixEvent event : kFixEvents) json[name_of(event)] = json_of(reliability_of(fixes, event));
   const ErrorSize size = error_size(fixes, model);
   json["error_after_fix_rms_m"] = {

@@ -68,7 +68,7 @@ std::string plot_reliability(const std::vector<TrialForecast>& trials) {
   Svg svg;
   svg.open(kLeft + 2.0 * kSide + kBetween + 30.0, kTop + kSide + 70.0 + kCounts + 54.0);
   svg.text(24.0, 34.0, R"(font-size="20" font-weight="bold")",
-           fmt::format("Forecast against outcome: {} fixes of {} drives", fixes.size(), trials.size()));
+           fmt::format("Forecast against outcome: {} fixes with {} maps", fixes.size(), trials.size()));
   svg.text(
       24.0, 56.0, R"(class="tick")",
       "On the dashes a forecast keeps its word; dots: how often it happened in all; bars: 95 % intervals");
