@@ -55,7 +55,8 @@ HOST_TESTS   := $(foreach room,ground_tools integration opencv,unit_tests/$(room
 # Missions whose data set only this test needs, and only in their own sizes.
 DATA_MISSIONS := euroc kitti lunar
 DATA_TEST    := unit_tests/integration/test_mission_data.cpp
-DATA_TOOLS   := $(filter-out $(TOOL_MAIN) ground_tools/cmd_%,$(wildcard $(addprefix ground_tools/,*.cpp dataset/*.cpp map/*.cpp)))
+NOT_FOR_DATA := cmd_% $(addprefix map/,delta_% diff% geopackage% heights% merge% quicklook% score% uplink% upload_%)
+DATA_TOOLS   := $(filter-out $(TOOL_MAIN) $(NOT_FOR_DATA:%=ground_tools/%),$(wildcard $(addprefix ground_tools/,*.cpp dataset/*.cpp map/*.cpp)))
 
 obj = $(addprefix $(B)/,$(addsuffix .o,$(basename $(1))))
 FSW_LIB      := $(B)/libcairn.a

@@ -12,12 +12,11 @@
 ///
 /// Criterion: what the model explains of the squared departure d = g - grey from the ground's level g,
 ///     J = sum over dark (d^2 - (d - c)^2) + body_weight n_lit (mean_lit - g)^2,
-/// where c is the depth of the shadow's core (the darkest three samples across the sun near the spot), so that
-/// what is lighter than half-way to it is no shadow: a dark rock is not taken for a part of its shadow. The lit
-/// body's mean is free, since albedos differ from rock to rock; where it looks like the ground, weak priors on
-/// roundness and height decide.
-/// Rows are sampled once, in the sun's direction, and summed along: a trial costs a few look-ups per row, so
-/// that thousands of trials can be afforded.
+/// where c is the depth of the shadow's core (the darkest three samples across the sun near the spot), so
+/// that what is lighter than half-way to it is no shadow: a dark rock is not taken for a part of its shadow.
+/// The lit body's mean is free, since albedos differ from rock to rock; where it looks like the ground, weak
+/// priors on roundness and height decide. Rows are sampled once, in the sun's direction, and summed along: a
+/// trial costs a few look-ups per row, so that thousands of trials can be afforded.
 #pragma once
 
 #include <cstdint>
