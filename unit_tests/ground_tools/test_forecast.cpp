@@ -276,6 +276,11 @@ void test_information_against_the_registration(void**) {
   assert_near(s.ellipse.azimuth_rad, expected.azimuth_rad, 1e-4);
   assert_near(s.after.yaw_rad, std::sqrt(flight(2, 2)), 1e-4 * std::sqrt(flight(2, 2)));
   assert_at_least(expected.major_m, 1.3 * expected.minor_m);  // so that the azimuth is worth something
+  // With the worst 30 % dropped: seven of ten stay, each worth A/p of what it was (registration/icp.hpp).
+  model.icp.trim_fraction = 0.3;
+  const Ellipse trimmed = forecast(model, all, drive).stations.at(0).ellipse;
+  const double left = 0.7 * (0.7 + 0.3 * std::log(0.3)) / 0.7;
+  assert_near(trimmed.major_m, expected.major_m / std::sqrt(left), 1e-4 * trimmed.major_m);
 }
 
 struct Registered {
