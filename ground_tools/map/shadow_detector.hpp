@@ -9,7 +9,8 @@
 /// 5. Confidence: logistic function of how the fit looks (contrast over the ground's texture, darkness
 /// beside,
 ///    beyond and before it, sharpness, size in pixels), its weights fitted to rendered fields of several
-///    suns. What is below `min_confidence` or outside the range of diameters is left out.
+///    suns; less the lower a sun below 27 degrees, whose light every rise of the ground shades. What is below
+///    `min_confidence` or outside the range of diameters is left out.
 ///
 /// All of it depends on pixels within shadow_reach_px() of a boulder alone: the table does not depend on how
 /// the image is cut into tiles.
@@ -28,7 +29,7 @@ namespace cairn::ground {
 
 struct ShadowParams {
   double min_diameter_m = 0.09;    ///< smaller boulders are left out,
-  double min_diameter_px = 5.0;    ///< and those of fewer pixels
+  double min_diameter_px = 3.0;    ///< and those of fewer pixels
   double max_diameter_m = 15.0;    ///< the largest looked for,
   double max_diameter_px = 256.0;  ///< and no more pixels than this: it sets the reach
   double seed_contrast = 0.10;     ///< least darkness of a spot, share of the grey level around it

@@ -15,7 +15,8 @@ constexpr double kUsualHeight = 0.9;  ///< over the half width
 constexpr int kCore = 3;
 constexpr double kCentroid = 0.424413;  ///< of a half ellipse, 4 / (3 pi)
 constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations of the ground
-constexpr double kMostSlope = 4.8;
+constexpr double kMostSlope = 5.8;
+constexpr int kMostGroundColumns = 36;  ///< each way from the spot
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
 
@@ -46,6 +47,8 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
   std::array<int, 256> histogram{};
   int count = 0;
   int missing = 0;
+  // A low sun's window is long, and the ground rises and falls in it: what is near tells the level.
+  const int ground_columns = std::min(half_columns_, kMostGroundColumns);
   std::size_t i = 0;
   for (int b = -half_rows_; b <= half_rows_; ++b) {
     for (int a = -half_columns_; a <= half_columns_; ++a, ++i) {
@@ -60,13 +63,14 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
       };
       if (!has(x0, y0) || !has(x0 + 1, y0) || !has(x0, y0 + 1) || !has(x0 + 1, y0 + 1)) {
         samples_[i] = -1;
-        ++missing;
+        if (a >= -ground_columns && a <= ground_columns) ++missing;
         continue;
       }
       const std::uint8_t* p = grey.row(y0) + x0;
       const std::uint8_t* q = grey.row(y0 + 1) + x0;
       const int value = (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
       samples_[i] = (value + 2048) >> 12;
+      if (a < -ground_columns || a > ground_columns) continue;
       ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
       ++count;
     }
@@ -96,14 +100,14 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
     }
     sum_[k++] = total;
   }
-  // the shadow's level: the darkest three in a row, across the sun, near the spot
+  // The shadow's level: the darkest sample near the spot. Means of several are diluted where a boulder is few
+  // pixels wide; the dark grows into the body then, and the body moves towards the sun.
   depth_ = 0.0;
   const int pitch = 2 * half_columns_ + 1;
   for (int b = -kCore; b <= kCore; ++b) {
     for (int a = -kCore; a <= kCore; ++a) {
-      const std::int32_t* s =
-          &samples_[static_cast<std::size_t>((b + half_rows_) * pitch + a + half_columns_)];
-      depth_ = std::max(depth_, (s[-pitch] + s[0] + s[pitch]) / 3.0);
+      const auto at = static_cast<std::size_t>((b + half_rows_) * pitch + a + half_columns_);
+      depth_ = std::max(depth_, static_cast<double>(samples_[at]));
     }
   }
   return depth_ > kOne * std::max(1.0, kLeastDepth * noise_);

@@ -8,11 +8,12 @@
 ///     ground      elsewhere:
 /// the shadow that an ellipsoid casts is an ellipse about the same centre, and its own terminator is one, too
 /// (the points whose normal is square to the light). So the outline from above is fitted by itself, and
-/// height follows from q.
+/// height follows from q. The ground's level is taken from near the spot, within some 36 samples along the
+/// sun.
 ///
 /// Criterion: what the model explains of the squared departure d = g - grey from the ground's level g,
 ///     J = sum over dark (d^2 - (d - c)^2) + body_weight n_lit (mean_lit - g)^2,
-/// where c is the depth of the shadow's core (the darkest three samples across the sun near the spot), so
+/// where c is the depth of the shadow's core (the darkest sample near the spot), so
 /// that what is lighter than half-way to it is no shadow: a dark rock is not taken for a part of its shadow.
 /// The lit body's mean is free, since albedos differ from rock to rock; where it looks like the ground, weak
 /// priors on roundness and height decide. Rows are sampled once, in the sun's direction, and summed along: a
@@ -29,8 +30,6 @@ namespace cairn::ground {
 
 /// The largest half width across the sun that is fitted, pixels of the level.
 inline constexpr double kFitMostAcross_px = 9.5;
-/// The longest shadow, tip from the centre, in half widths.
-inline constexpr double kFitMostReach = 5.0;
 
 struct ShadowFit {
   double du_px = 0.0;  ///< centre of the outline from the spot, pixels of the view
