@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "app/telemetry.hpp"
+#include "core/nodiscard.hpp"
 #include "geometry/pose3.hpp"
 #include "orbital_map/map_transfer.hpp"
 
@@ -33,11 +34,11 @@ struct Command {
   std::size_t chunk_bytes = 0;
 };
 
-enum class [[nodiscard]] CommandStatus : std::uint8_t{
-    kAccepted,
-    kBadPacket,  ///< size, version or CRC
-    kUnknownType,
-    kRefused,  ///< well formed, but its content was not accepted; the detail tells by whom
+enum class CAIRN_NODISCARD CommandStatus : std::uint8_t {
+  kAccepted,
+  kBadPacket,  ///< size, version or CRC
+  kUnknownType,
+  kRefused,  ///< well formed, but its content was not accepted; the detail tells by whom
 };
 
 /// The largest chunk that fits a packet, and the data in it.

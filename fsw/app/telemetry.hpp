@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "core/fixed_vector.hpp"
+#include "core/nodiscard.hpp"
 #include "geometry/pose3.hpp"
 
 namespace cairn::app {
@@ -132,11 +133,13 @@ void encode(const AckReport& report, std::uint32_t sequence, Packet& out);
 void encode(const HealthReport& report, std::uint32_t sequence, Packet& out);
 void encode(const UploadReport& report, std::uint32_t sequence, Packet& out);
 
-enum class [[nodiscard]] PacketStatus : std::uint8_t{
-    kGood,      kTooShort,
-    kBadSize,  ///< the size field disagrees with what came, or with the type
-    kBadCrc,    kBadVersion,
-    kOtherType,  ///< a good packet, but not of the type asked for
+enum class CAIRN_NODISCARD PacketStatus : std::uint8_t {
+  kGood,
+  kTooShort,
+  kBadSize,  ///< the size field disagrees with what came, or with the type
+  kBadCrc,
+  kBadVersion,
+  kOtherType,  ///< a good packet, but not of the type asked for
 };
 
 /// Checks size, version and CRC; `type` and `sequence` of a good packet.

@@ -10,12 +10,14 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
+
 namespace cairn {
 
 /// What a job's `step` says.
-enum class [[nodiscard]] Progress : std::uint8_t{
-    kMore,  ///< the budget ran out first: call `step` again
-    kDone,  ///< nothing left to do: read `status()` and `result()`
+enum class CAIRN_NODISCARD Progress : std::uint8_t {
+  kMore,  ///< the budget ran out first: call `step` again
+  kDone,  ///< nothing left to do: read `status()` and `result()`
 };
 
 class WorkBudget {

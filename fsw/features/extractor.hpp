@@ -17,18 +17,19 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "features/feature_set.hpp"
 #include "image/gaussian.hpp"
 
 namespace cairn {
 
-enum class [[nodiscard]] ExtractStatus : std::uint8_t{
-    kIdle,         ///< never started
-    kRunning,      ///< call step() again
-    kFeatures,     ///< result() and smooth() are valid
-    kFewFeatures,  ///< valid, but fewer than kMinFeatures: black, saturated or featureless image
-    kBadImage,     ///< no image, or a size that this build has no room for
+enum class CAIRN_NODISCARD ExtractStatus : std::uint8_t {
+  kIdle,         ///< never started
+  kRunning,      ///< call step() again
+  kFeatures,     ///< result() and smooth() are valid
+  kFewFeatures,  ///< valid, but fewer than kMinFeatures: black, saturated or featureless image
+  kBadImage,     ///< no image, or a size that this build has no room for
 };
 
 class FeatureExtractor {

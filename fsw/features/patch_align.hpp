@@ -15,6 +15,7 @@
 #include <cstdint>
 
 #include "core/eigen.hpp"
+#include "core/nodiscard.hpp"
 #include "features/feature_set.hpp"
 
 namespace cairn {
@@ -46,12 +47,12 @@ struct PatchTemplate {
   float variance;  ///< weighted mean square, (grey levels x 64)^2
 };
 
-enum class [[nodiscard]] AlignStatus : std::uint8_t{
-    kAligned,       ///< the only one to use
-    kOutside,       ///< the patch leaves an image
-    kFlat,          ///< too little texture to fix both directions
-    kNotConverged,  ///< still moving after the last iteration, or moved further than allowed
-    kDifferent,     ///< converged on something that does not look like the template
+enum class CAIRN_NODISCARD AlignStatus : std::uint8_t {
+  kAligned,       ///< the only one to use
+  kOutside,       ///< the patch leaves an image
+  kFlat,          ///< too little texture to fix both directions
+  kNotConverged,  ///< still moving after the last iteration, or moved further than allowed
+  kDifferent,     ///< converged on something that does not look like the template
 };
 
 struct AlignParams {

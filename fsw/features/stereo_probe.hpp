@@ -27,6 +27,7 @@
 
 #include "core/eigen.hpp"
 #include "core/fixed_vector.hpp"
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "image/image_view.hpp"
 #include "mission_cfg.hpp"
@@ -48,9 +49,11 @@ struct StereoProbe {
   float d_px = 0.0F;
 };
 
-enum class [[nodiscard]] ProbeStatus : std::uint8_t{
-    kIdle, kRunning, kDone,
-    kBadInput,  ///< views of different or unfit sizes, or a plane that is not finite
+enum class CAIRN_NODISCARD ProbeStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kDone,
+  kBadInput,  ///< views of different or unfit sizes, or a plane that is not finite
 };
 
 class StereoProbeJob {

@@ -18,16 +18,17 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 
 namespace cairn {
 
-enum class [[nodiscard]] AssignmentStatus : std::uint8_t{
-    kIdle,      ///< never started
-    kRunning,   ///< call step() again
-    kSolved,    ///< the optimum; no rows or no columns: nothing is assigned
-    kTooLarge,  ///< more rows or columns than the job has room for
-    kBadInput,  ///< no data, a negative size, or a stride below the number of columns
+enum class CAIRN_NODISCARD AssignmentStatus : std::uint8_t {
+  kIdle,      ///< never started
+  kRunning,   ///< call step() again
+  kSolved,    ///< the optimum; no rows or no columns: nothing is assigned
+  kTooLarge,  ///< more rows or columns than the job has room for
+  kBadInput,  ///< no data, a negative size, or a stride below the number of columns
 };
 
 enum class AssignmentSense : std::uint8_t { kLeastCost, kMostVotes };

@@ -28,19 +28,20 @@
 
 #include "core/eigen.hpp"
 #include "core/fixed_vector.hpp"
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "mission_cfg.hpp"
 
 namespace cairn {
 
-enum class [[nodiscard]] ClusteringStatus : std::uint8_t{
-    kIdle,           ///< never started
-    kRunning,        ///< call step() again
-    kDone,           ///< the result may be read
-    kNoPoints,       ///< nothing to cluster
-    kTooManyPoints,  ///< average linkage: more than kMaxAverageLinkagePoints
-    kBadInput,  ///< NaN, infinity or more than 1e7 m in a point, label above kMaxLabels, cut outside [0, 1e6]
-                ///< m
+enum class CAIRN_NODISCARD ClusteringStatus : std::uint8_t {
+  kIdle,           ///< never started
+  kRunning,        ///< call step() again
+  kDone,           ///< the result may be read
+  kNoPoints,       ///< nothing to cluster
+  kTooManyPoints,  ///< average linkage: more than kMaxAverageLinkagePoints
+  kBadInput,  ///< NaN, infinity or more than 1e7 m in a point, label above kMaxLabels, cut outside [0, 1e6]
+              ///< m
 };
 
 enum class Linkage : std::uint8_t { kSingle, kAverage };

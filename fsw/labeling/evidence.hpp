@@ -18,6 +18,7 @@
 
 #include "core/eigen.hpp"
 #include "core/fixed_vector.hpp"
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "mission_cfg.hpp"
 
@@ -55,9 +56,11 @@ struct EvidenceParams {
   double plane_scale_m = 0.015;  ///< s above: roughness of ground that is no boulder
 };
 
-enum class [[nodiscard]] EvidenceStatus : std::uint8_t{
-    kIdle, kRunning, kDone,
-    kNoPoints,  ///< no surface point: nothing can be said
+enum class CAIRN_NODISCARD EvidenceStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kDone,
+  kNoPoints,  ///< no surface point: nothing can be said
 };
 
 class EvidenceJob {

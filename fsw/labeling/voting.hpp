@@ -11,18 +11,19 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "labeling/assignment.hpp"
 #include "mission_cfg.hpp"
 
 namespace cairn {
 
-enum class [[nodiscard]] VotingStatus : std::uint8_t{
-    kIdle,        ///< never started
-    kCollecting,  ///< add votes, then associate()
-    kRunning,     ///< call step() again
-    kDone,        ///< the result may be read
-    kBadInput,    ///< more labels than kMaxLabels, a negative number, or min_votes below 1
+enum class CAIRN_NODISCARD VotingStatus : std::uint8_t {
+  kIdle,        ///< never started
+  kCollecting,  ///< add votes, then associate()
+  kRunning,     ///< call step() again
+  kDone,        ///< the result may be read
+  kBadInput,    ///< more labels than kMaxLabels, a negative number, or min_votes below 1
 };
 
 struct VotingResult {

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "features/stereo_probe.hpp"
 #include "geometry/stereo_rig.hpp"
 #include "labeling/clustering.hpp"
@@ -47,13 +48,14 @@ struct BoulderSighting {
 };
 using BoulderSightings = FixedVector<BoulderSighting, cfg::kMaxLabels>;
 
-enum class [[nodiscard]] ObserveStatus : std::uint8_t{
-    kIdle,       kRunning,
-    kBoulders,    ///< result() holds at least one
-    kNoBoulders,  ///< nothing stands above the ground; no fault
-    kNoRegions,   ///< segmentation found none: black or saturated image, or noise
-    kNoPoints,    ///< no disparities
-    kBadInput,    ///< images of the wrong size, or a pose or plane that is not valid
+enum class CAIRN_NODISCARD ObserveStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kBoulders,    ///< result() holds at least one
+  kNoBoulders,  ///< nothing stands above the ground; no fault
+  kNoRegions,   ///< segmentation found none: black or saturated image, or noise
+  kNoPoints,    ///< no disparities
+  kBadInput,    ///< images of the wrong size, or a pose or plane that is not valid
 };
 
 struct ObserveCounts {

@@ -21,6 +21,7 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "localizer/boulder_observer.hpp"
 #include "localizer/boulder_tracks.hpp"
 #include "localizer/pose_fusion.hpp"
@@ -53,12 +54,12 @@ struct LocalizerParams {
 /// without the test of height, means of points, similarity ICP, each fix taken whole.
 LocalizerParams paper_params();
 
-enum class [[nodiscard]] LocalizerStatus : std::uint8_t{
-    kReady,    ///< accepted
-    kBadRig,   ///< rig not valid or larger than this build
-    kBadPose,  ///< NaN, infinity, a quaternion that is none, or a sigma that is not positive
-    kBadTrim,  ///< out of range
-    kNoStart,  ///< no start pose was given yet
+enum class CAIRN_NODISCARD LocalizerStatus : std::uint8_t {
+  kReady,    ///< accepted
+  kBadRig,   ///< rig not valid or larger than this build
+  kBadPose,  ///< NaN, infinity, a quaternion that is none, or a sigma that is not positive
+  kBadTrim,  ///< out of range
+  kNoStart,  ///< no start pose was given yet
 };
 
 /// How the pose of a frame came about.
@@ -71,19 +72,19 @@ enum class PoseSource : std::uint8_t {
 };
 
 /// What became of a registration: one cause each.
-enum class [[nodiscard]] FixStatus : std::uint8_t{
-    kNone,             ///< none yet
-    kRunning,          ///< begun
-    kApplied,          ///< the pose was corrected
-    kNoMap,            ///< no usable orbital map
-    kNoMapBoulders,    ///< none near the rover
-    kNoLocalBoulders,  ///< nothing to register
-    kTooFewPairs,
-    kWeakGeometry,
-    kIterationLimit,
-    kBeyondLimit,
-    kBadInput,
-    kLate,  ///< not finished in its time: overrun
+enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
+  kNone,             ///< none yet
+  kRunning,          ///< begun
+  kApplied,          ///< the pose was corrected
+  kNoMap,            ///< no usable orbital map
+  kNoMapBoulders,    ///< none near the rover
+  kNoLocalBoulders,  ///< nothing to register
+  kTooFewPairs,
+  kWeakGeometry,
+  kIterationLimit,
+  kBeyondLimit,
+  kBadInput,
+  kLate,  ///< not finished in its time: overrun
 };
 
 struct FixRecord {

@@ -13,6 +13,7 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "features/extractor.hpp"
 #include "features/match.hpp"
 #include "features/patch_align.hpp"
@@ -21,17 +22,17 @@
 
 namespace cairn {
 
-enum class [[nodiscard]] VoStatus : std::uint8_t{
-    kIdle,         ///< never started
-    kRunning,      ///< call step() again
-    kFirstFrame,   ///< the frame became the reference; motion is the identity, and nothing is wrong
-    kMotion,       ///< motion estimated: the only status that may move the pose
-    kBadImage,     ///< an image is missing or of the wrong size; the reference stays
-    kFewFeatures,  ///< black, saturated or featureless image; the reference stays
-    kFewStereo,    ///< too few left-right matches (left and right swapped, say); the reference stays
-    kFewMatches,   ///< too few matches from the reference; the frame becomes the new reference
-    kNoConsensus,  ///< matches do not agree on a motion; the frame becomes the new reference
-    kImplausible,  ///< motion larger than the mission allows; the frame becomes the new reference
+enum class CAIRN_NODISCARD VoStatus : std::uint8_t {
+  kIdle,         ///< never started
+  kRunning,      ///< call step() again
+  kFirstFrame,   ///< the frame became the reference; motion is the identity, and nothing is wrong
+  kMotion,       ///< motion estimated: the only status that may move the pose
+  kBadImage,     ///< an image is missing or of the wrong size; the reference stays
+  kFewFeatures,  ///< black, saturated or featureless image; the reference stays
+  kFewStereo,    ///< too few left-right matches (left and right swapped, say); the reference stays
+  kFewMatches,   ///< too few matches from the reference; the frame becomes the new reference
+  kNoConsensus,  ///< matches do not agree on a motion; the frame becomes the new reference
+  kImplausible,  ///< motion larger than the mission allows; the frame becomes the new reference
 };
 
 /// A stereo point of a frame.

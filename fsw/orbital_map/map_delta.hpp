@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "orbital_map/cmap_format.hpp"
 
@@ -36,19 +37,19 @@ inline constexpr std::size_t kHeadAt = 18;         // the new map's head
 inline constexpr std::size_t kLengthBytes = 2;     // of a payload's length
 }  // namespace delta
 
-enum class [[nodiscard]] DeltaStatus : std::uint8_t{
-    kIdle,            ///< no delta was begun
-    kApplying,        ///< call step() again
-    kApplied,         ///< the new map is there; validate it
-    kTruncated,       ///< fewer bytes than its parts take
-    kBadMagic,        ///< not a delta
-    kUnknownVersion,  ///< a delta of another version
-    kBadHead,         ///< the new map's head is none, or contradicts itself
-    kOtherBase,       ///< no map in use, or not the one that the delta names
-    kNoRoom,          ///< the new map does not fit
-    kBadBase,         ///< the base's directory does not rise, or leads beyond the base
-    kBadSize,         ///< the tiles do not add up to the new map's size
-    kLeftOver,        ///< bytes after the last payload
+enum class CAIRN_NODISCARD DeltaStatus : std::uint8_t {
+  kIdle,            ///< no delta was begun
+  kApplying,        ///< call step() again
+  kApplied,         ///< the new map is there; validate it
+  kTruncated,       ///< fewer bytes than its parts take
+  kBadMagic,        ///< not a delta
+  kUnknownVersion,  ///< a delta of another version
+  kBadHead,         ///< the new map's head is none, or contradicts itself
+  kOtherBase,       ///< no map in use, or not the one that the delta names
+  kNoRoom,          ///< the new map does not fit
+  kBadBase,         ///< the base's directory does not rise, or leads beyond the base
+  kBadSize,         ///< the tiles do not add up to the new map's size
+  kLeftOver,        ///< bytes after the last payload
 };
 
 /// What the job needs of a map's head, each number within what the head's bytes can mean.

@@ -25,6 +25,7 @@
 #include <cstdint>
 #include <type_traits>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "mission_cfg.hpp"
 #include "orbital_map/map_delta.hpp"
@@ -59,38 +60,38 @@ struct UploadPlan {
   }
 };
 
-enum class [[nodiscard]] BeginStatus : std::uint8_t{
-    kBegun,          ///< afresh; what was under way before is given up
-    kUnderWay,       ///< the same upload is under way, or ready: nothing changed
-    kBadKind,        ///< from here on: refused, and what was under way goes on
-    kBadChunkBytes,  ///< less than kMinDataBytes or more than kMaxDataBytes
-    kEmpty,          ///< an upload of no bytes
-    kTooManyChunks,  ///< more than cfg::kMaxMapChunks
-    kNoRoom,         ///< there is no bank, or it is too small
+enum class CAIRN_NODISCARD BeginStatus : std::uint8_t {
+  kBegun,          ///< afresh; what was under way before is given up
+  kUnderWay,       ///< the same upload is under way, or ready: nothing changed
+  kBadKind,        ///< from here on: refused, and what was under way goes on
+  kBadChunkBytes,  ///< less than kMinDataBytes or more than kMaxDataBytes
+  kEmpty,          ///< an upload of no bytes
+  kTooManyChunks,  ///< more than cfg::kMaxMapChunks
+  kNoRoom,         ///< there is no bank, or it is too small
 };
 
-enum class [[nodiscard]] ChunkStatus : std::uint8_t{
-    kTaken,        ///< new, and in the bank
-    kRepeated,     ///< taken before, the same bytes
-    kNoUpload,     ///< from here on: refused, the bank untouched. No upload was begun, or it is over
-    kBadSize,      ///< not that of a chunk with this number
-    kBadCrc,       ///< changed on its way
-    kOtherUpload,  ///< its id is not that of the upload under way
-    kOutOfRange,   ///< its number is beyond the last chunk
-    kContradicts,  ///< taken before, with other bytes
+enum class CAIRN_NODISCARD ChunkStatus : std::uint8_t {
+  kTaken,        ///< new, and in the bank
+  kRepeated,     ///< taken before, the same bytes
+  kNoUpload,     ///< from here on: refused, the bank untouched. No upload was begun, or it is over
+  kBadSize,      ///< not that of a chunk with this number
+  kBadCrc,       ///< changed on its way
+  kOtherUpload,  ///< its id is not that of the upload under way
+  kOutOfRange,   ///< its number is beyond the last chunk
+  kContradicts,  ///< taken before, with other bytes
 };
 inline constexpr int kChunkStatuses = 8;
 
-enum class [[nodiscard]] TransferStatus : std::uint8_t{
-    kIdle,       ///< no upload was begun
-    kReceiving,  ///< chunks are missing
-    kComplete,   ///< all chunks are there: call verify()
-    kVerifying,  ///< call step() again
-    kReady,      ///< the only status whose result() may be used
-    kUploadCrc,  ///< failed: the bytes in the bank are not those of the upload's id
-    kBadDelta,   ///< failed: detail() is the DeltaStatus
-    kBadMap,     ///< failed: the map is not whole and good; detail() is the MapStatus
-    kInUse,      ///< the owner has switched to the result: the upload is over
+enum class CAIRN_NODISCARD TransferStatus : std::uint8_t {
+  kIdle,       ///< no upload was begun
+  kReceiving,  ///< chunks are missing
+  kComplete,   ///< all chunks are there: call verify()
+  kVerifying,  ///< call step() again
+  kReady,      ///< the only status whose result() may be used
+  kUploadCrc,  ///< failed: the bytes in the bank are not those of the upload's id
+  kBadDelta,   ///< failed: detail() is the DeltaStatus
+  kBadMap,     ///< failed: the map is not whole and good; detail() is the MapStatus
+  kInUse,      ///< the owner has switched to the result: the upload is over
 };
 
 /// What must survive: see above.

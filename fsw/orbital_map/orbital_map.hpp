@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "core/eigen.hpp"
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "geometry/boulder.hpp"
 #include "orbital_map/attribute_model.hpp"
@@ -20,22 +21,22 @@
 
 namespace cairn {
 
-enum class [[nodiscard]] MapStatus : std::uint8_t{
-    kIdle,            ///< no validation was started
-    kChecking,        ///< call step() again
-    kUsable,          ///< whole and good
-    kNoMap,           ///< null or empty
-    kTruncated,       ///< fewer bytes than a head, or than the head says
-    kBadMagic,        ///< not a map
-    kUnknownVersion,  ///< a map of a version that this reader does not know
-    kHeaderCrc,       ///< the head was changed on its way
-    kBadHeader,       ///< the head's CRC holds, but its fields are out of range or contradict each other
-    kPayloadCrc,      ///< no tile is good, or good tiles are not those that the head was made for
-    kBadDirectory,    ///< its CRC holds, but offsets fall, lead beyond the file, or boulders are not as many
-                      ///< as the head says
-    kDamaged,         ///< some tiles are bad; the rest may be used, the bad ones are left out
-    kNoBoulders,      ///< a good map without a boulder: nothing to register with
-    kDirectoryCrc,    ///< the tile directory was changed on its way
+enum class CAIRN_NODISCARD MapStatus : std::uint8_t {
+  kIdle,            ///< no validation was started
+  kChecking,        ///< call step() again
+  kUsable,          ///< whole and good
+  kNoMap,           ///< null or empty
+  kTruncated,       ///< fewer bytes than a head, or than the head says
+  kBadMagic,        ///< not a map
+  kUnknownVersion,  ///< a map of a version that this reader does not know
+  kHeaderCrc,       ///< the head was changed on its way
+  kBadHeader,       ///< the head's CRC holds, but its fields are out of range or contradict each other
+  kPayloadCrc,      ///< no tile is good, or good tiles are not those that the head was made for
+  kBadDirectory,    ///< its CRC holds, but offsets fall, lead beyond the file, or boulders are not as many
+                    ///< as the head says
+  kDamaged,         ///< some tiles are bad; the rest may be used, the bad ones are left out
+  kNoBoulders,      ///< a good map without a boulder: nothing to register with
+  kDirectoryCrc,    ///< the tile directory was changed on its way
 };
 
 /// Whether a validation that ended so has a map.
@@ -43,13 +44,13 @@ constexpr bool may_be_used(MapStatus status) {
   return status == MapStatus::kUsable || status == MapStatus::kDamaged;
 }
 
-enum class [[nodiscard]] WindowStatus : std::uint8_t{
-    kUsable,      ///< every boulder within the radius was appended, at least one
-    kWindowFull,  ///< no room for all: those that fit were appended; ask again with a smaller radius
-    kNoneNear,    ///< no boulder within the radius
-    kNoMap,       ///< the map is not a validated one
-    kBadInput,    ///< position not finite, or radius not finite or negative
-    kDamaged,     ///< a tile there is bad: its boulders are missing, those of the others were appended
+enum class CAIRN_NODISCARD WindowStatus : std::uint8_t {
+  kUsable,      ///< every boulder within the radius was appended, at least one
+  kWindowFull,  ///< no room for all: those that fit were appended; ask again with a smaller radius
+  kNoneNear,    ///< no boulder within the radius
+  kNoMap,       ///< the map is not a validated one
+  kBadInput,    ///< position not finite, or radius not finite or negative
+  kDamaged,     ///< a tile there is bad: its boulders are missing, those of the others were appended
 };
 
 /// A tile in the map's bytes.

@@ -29,6 +29,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "orbital_map/attribute_model.hpp"
 #include "orbital_map/bit_reader.hpp"
 
@@ -51,10 +52,10 @@ struct TileBoulder {
   std::uint8_t attribute[kAttributes] = {};
 };
 
-enum class [[nodiscard]] TileStep : std::uint8_t{
-    kMore,     ///< call read() again
-    kEnd,      ///< these were the last, and all bits of the payload are accounted for
-    kCorrupt,  ///< the payload contradicts itself; stays so
+enum class CAIRN_NODISCARD TileStep : std::uint8_t {
+  kMore,     ///< call read() again
+  kEnd,      ///< these were the last, and all bits of the payload are accounted for
+  kCorrupt,  ///< the payload contradicts itself; stays so
 };
 
 /// Reads a payload whose CRC the caller has checked. Borrows the bytes; a kilobyte itself.

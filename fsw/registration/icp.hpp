@@ -36,23 +36,24 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "geometry/boulder.hpp"
 #include "geometry/pose2.hpp"
 
 namespace cairn {
 
-enum class [[nodiscard]] IcpStatus : std::uint8_t{
-    kIdle,             ///< never started
-    kRunning,          ///< call step() again
-    kConverged,        ///< the only status that may be fused
-    kIterationLimit,   ///< result for telemetry only, as in all that follow
-    kTooFewPairs,      ///< fewer than min_pairs after gate and trimming
-    kWeakGeometry,     ///< pairs too close together to fix the yaw (lever below min_lever_m)
-    kBeyondLimit,      ///< converged, but farther from the prior than allowed (or the scale ran away)
-    kNoMapBoulders,    ///< nothing to register to
-    kNoLocalBoulders,  ///< nothing to register
-    kBadInput,         ///< NaN or infinity, a coordinate beyond 1e7 m, or a parameter out of its range
+enum class CAIRN_NODISCARD IcpStatus : std::uint8_t {
+  kIdle,             ///< never started
+  kRunning,          ///< call step() again
+  kConverged,        ///< the only status that may be fused
+  kIterationLimit,   ///< result for telemetry only, as in all that follow
+  kTooFewPairs,      ///< fewer than min_pairs after gate and trimming
+  kWeakGeometry,     ///< pairs too close together to fix the yaw (lever below min_lever_m)
+  kBeyondLimit,      ///< converged, but farther from the prior than allowed (or the scale ran away)
+  kNoMapBoulders,    ///< nothing to register to
+  kNoLocalBoulders,  ///< nothing to register
+  kBadInput,         ///< NaN or infinity, a coordinate beyond 1e7 m, or a parameter out of its range
 };
 
 enum class IcpModel : std::uint8_t {

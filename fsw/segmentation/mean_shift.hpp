@@ -28,6 +28,7 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "image/image_view.hpp"
 #include "mission_cfg.hpp"
@@ -41,11 +42,11 @@ struct MeanShiftParams {
   int convergence = 1;  ///< 0 or more: a trajectory rests when (x, y) stays or |dx| + |dy| + dg^2 <= this
 };
 
-enum class [[nodiscard]] MeanShiftStatus : std::uint8_t{
-    kIdle,      ///< never started
-    kRunning,   ///< call step() again
-    kDone,      ///< the output is whole
-    kBadInput,  ///< an empty view, views of different sizes, or a parameter out of its range
+enum class CAIRN_NODISCARD MeanShiftStatus : std::uint8_t {
+  kIdle,      ///< never started
+  kRunning,   ///< call step() again
+  kDone,      ///< the output is whole
+  kBadInput,  ///< an empty view, views of different sizes, or a parameter out of its range
 };
 
 /// The unit of work is a run of trajectories (eight by words, one by pixels), or the words of one row. Both

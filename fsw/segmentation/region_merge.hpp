@@ -21,6 +21,7 @@
 
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "segmentation/region_map.hpp"
 
@@ -31,11 +32,11 @@ struct RegionMergeParams {
   int min_area_px = 12;  ///< smaller regions are given to a neighbour. 0 or 1: none
 };
 
-enum class [[nodiscard]] RegionMergeStatus : std::uint8_t{
-    kIdle,      ///< never started
-    kRunning,   ///< call step() again
-    kDone,      ///< the map holds the merged regions, its rows flattened
-    kBadInput,  ///< a parameter out of its range, or an empty map
+enum class CAIRN_NODISCARD RegionMergeStatus : std::uint8_t {
+  kIdle,      ///< never started
+  kRunning,   ///< call step() again
+  kDone,      ///< the map holds the merged regions, its rows flattened
+  kBadInput,  ///< a parameter out of its range, or an empty map
 };
 
 /// The unit of work is a row, or a run of regions or pairs.

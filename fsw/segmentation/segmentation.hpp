@@ -27,6 +27,7 @@
 #include <cstdint>
 
 #include "core/fixed_vector.hpp"
+#include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "image/image_view.hpp"
 #include "mission_cfg.hpp"
@@ -50,13 +51,13 @@ struct SegmentationParams {
   int max_labels = static_cast<int>(cfg::kMaxLabels);              ///< 1 to cfg::kMaxLabels
 };
 
-enum class [[nodiscard]] SegmentationStatus : std::uint8_t{
-    kIdle,            ///< never started
-    kRunning,         ///< call step() again
-    kDone,            ///< labels and regions are there to be used
-    kNoRegions,       ///< nothing between the area limits: a black, saturated or blank image. No labels
-    kTooManyRegions,  ///< more pieces than the memory holds: noise, not a scene. No labels
-    kBadInput,        ///< an empty or too large view, or a parameter out of its range
+enum class CAIRN_NODISCARD SegmentationStatus : std::uint8_t {
+  kIdle,            ///< never started
+  kRunning,         ///< call step() again
+  kDone,            ///< labels and regions are there to be used
+  kNoRegions,       ///< nothing between the area limits: a black, saturated or blank image. No labels
+  kTooManyRegions,  ///< more pieces than the memory holds: noise, not a scene. No labels
+  kBadInput,        ///< an empty or too large view, or a parameter out of its range
 };
 
 /// One labelled region.

@@ -7,14 +7,15 @@
 
 #include <cstddef>
 
+#include "core/nodiscard.hpp"
 #include "geometry/pose3.hpp"
 
 namespace cairn {
 
-enum class [[nodiscard]] OrientationStatus : std::uint8_t{
-    kSolved,
-    kTooFewPoints,  ///< fewer than three
-    kDegenerate,    ///< points on a line, in one place or not finite: the rotation is not determined
+enum class CAIRN_NODISCARD OrientationStatus : std::uint8_t {
+  kSolved,
+  kTooFewPoints,  ///< fewer than three
+  kDegenerate,    ///< points on a line, in one place or not finite: the rotation is not determined
 };
 
 /// Points `from[i]` and `to[i]`, i < count, same units. Writes T_to_from.

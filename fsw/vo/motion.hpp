@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #include "core/fixed_vector.hpp"
+#include "core/nodiscard.hpp"
 #include "core/random.hpp"
 #include "core/work_budget.hpp"
 #include "geometry/stereo_rig.hpp"
@@ -42,13 +43,14 @@ struct MotionParams {
   std::uint64_t seed = 1;
 };
 
-enum class [[nodiscard]] MotionStatus : std::uint8_t{
-    kIdle,        kRunning,
-    kEstimated,    ///< the only one to use
-    kTooFewPairs,  ///< fewer pairs than min_inliers
-    kNoConsensus,  ///< no hypothesis reached min_inliers
-    kDegenerate,   ///< the inliers do not fix all six parameters
-    kBadInput,     ///< a parameter or a pair out of its range
+enum class CAIRN_NODISCARD MotionStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kEstimated,    ///< the only one to use
+  kTooFewPairs,  ///< fewer pairs than min_inliers
+  kNoConsensus,  ///< no hypothesis reached min_inliers
+  kDegenerate,   ///< the inliers do not fix all six parameters
+  kBadInput,     ///< a parameter or a pair out of its range
 };
 
 struct MotionResult {

@@ -5,17 +5,18 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/nodiscard.hpp"
 #include "geometry/stereo_rig.hpp"
 
 namespace cairn::tape {
 
-enum class [[nodiscard]] TapeStatus : std::uint8_t{
-    kReady,
-    kNoTape,     ///< no header of a tape
-    kVersion,    ///< of another version
-    kTruncated,  ///< a record reaches beyond the end, or there is no end
-    kNoRig,      ///< the first record is no rig, or another one is
-    kBadRecord,  ///< a type that is not known; a rig or pair whose body has not the size that it must have
+enum class CAIRN_NODISCARD TapeStatus : std::uint8_t {
+  kReady,
+  kNoTape,     ///< no header of a tape
+  kVersion,    ///< of another version
+  kTruncated,  ///< a record reaches beyond the end, or there is no end
+  kNoRig,      ///< the first record is no rig, or another one is
+  kBadRecord,  ///< a type that is not known; a rig or pair whose body has not the size that it must have
 };
 
 /// Checks the structure of all records and goes to the beginning. `rig` gets the intrinsics; its mounting is
