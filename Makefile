@@ -28,6 +28,7 @@ say = @printf '  %-8s %s\n' '$(1)' '$(2)'
 # ---- flags ---------------------------------------------------------------------------------------------------------
 WARN    := -Wall -Wextra -Wshadow -Wvla -Walloca -Wcast-align -Wdouble-promotion -Wnon-virtual-dtor -Werror
 EIGEN_HOME := /usr/include/eigen3
+EIGEN_TERMS := $(wildcard /usr/share/doc/libeigen3-dev/copyright)
 EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_ALIGN_BYTES=0 -isystem $(EIGEN_HOME)
 INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
 comma   := ,
@@ -210,6 +211,8 @@ sdk: ## for integrators: library, headers, cairn.pc, board files, example; in bu
 	@cd fsw && cp --parents */*.hpp $(SDK).part/include/cairn
 	@cp hal/*.hpp $(SDK).part/include/cairn/hal && cp mission_cfg/*.hpp mission_cfg/$(MISSION)/*.hpp $(SDK).part/include/cairn
 	@cp -R $(EIGEN_HOME)/Eigen $(SDK).part/include/eigen3
+	@cp LICENSE NOTICE $(SDK).part
+	@$(if $(EIGEN_TERMS),cp $(EIGEN_TERMS) $(SDK).part/include/eigen3/COPYRIGHT)
 	@$(if $(BARE),cp --parents $(SDK_BOARD) $(SDK).part && cp -R platform/example $(SDK).part/example,rm -r $(SDK).part/platform)
 	@$(if $(BARE_BOARD),cp $(BARE_BOARD) $(SDK).part/platform/$(TARGET)/boot.elf)
 	@rm -rf $(SDK) && mv $(SDK).part $(SDK) && echo 'sdk: $(SDK)'

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images. Implemented by
 /// platform/<target>.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Telemetry down, telecommands up: whole packets as in doc/ICD.md. The transport below is the platform's.
 #pragma once
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// Non-volatile memory that holds the uplinked orbital map: two banks, one in use, the other spare.
 ///
 /// Both are memory that the processor reads and writes byte by byte where it lies (MRAM, EEPROM, or RAM that

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// The watchdog, which resets the processor unless it is kicked in time.
 #pragma once
 

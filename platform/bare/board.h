@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /* What a board gives the runtime. Each target has its own board.c. */
 #ifndef CAIRN_BOARD_H
 #define CAIRN_BOARD_H

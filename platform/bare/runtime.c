@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* From start.S to main and back; traps. No library below it. */
 #include "board.h"
 

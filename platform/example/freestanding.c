@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* What the flight library asks of a C library, so that none is linked. -fno-tree-loop-distribute-patterns keeps the
    compiler from making a loop into a call of the function that it is in. */
 #include <stddef.h>

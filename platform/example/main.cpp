@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // An integrator's own main loop on a bare board: the flight module, a slice at a time, beside whatever else
 // the processor does. What Cairn asks of the board is in my_hal.cpp.
 #include "app/flight_app.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // All that Cairn asks of a board, each in a few lines: camera, link, map bank, clock, watchdog, assertion
 // handler. The camera of this example looks at a textured wall and moves to its right; a real one comes here.
 #include "my_hal.hpp"

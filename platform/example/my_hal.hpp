@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 /// What main.cpp sees of its board.
 #pragma once
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* QEMU's generic LEON3: APBUART at 0x80000100, GPTIMER at 0x80000300. */
 #include "../bare/board.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Bare-metal start for LEON3 (SPARC V8), qemu-system-sparc -M leon3_generic. RAM at 0x40000000. */
 #define NWIN 8
     .section .text.traps, "ax"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* PReP board (QEMU: 40p): 16550 at ISA 0x3f8, ISA in the window at 0x80000000, PCI configuration at cf8/cfc. */
 #include "../bare/board.h"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The reset vector of a 750 (MSR[IP] = 1): on to _start (link.ld) in RAM.
     .globl _reset
 _reset:

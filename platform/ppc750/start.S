@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 /* Bare-metal start for PowerPC 750 on qemu-system-ppc -M 40p (PReP map).
    boot.s at the reset vector comes here, to 0x2000. */
     .section .text.start, "ax"
