@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images. Implemented by
-/// platform/<target>.
+/// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images. Implemented
+/// by platform/<target>.
 #pragma once
 
 #include <cstddef>

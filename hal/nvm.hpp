@@ -21,8 +21,8 @@ struct Room {
   std::size_t size = 0;
 };
 
-/// The map bank in use, readable in place; empty where there is no map. Valid until the bank is written
-/// again.
+/// The map bank in use, readable in place; empty where there is no map. Valid until the bank
+/// is written again.
 Bytes map_bank();
 
 /// The other bank, to be written in place, all of it; empty where the platform has none, so that uploads are

@@ -44,16 +44,15 @@ struct Mission {
   // Ground boulders (features/stereo_probe.hpp, labeling/, localizer/boulder_observer.hpp).
   int probe_spacing_px = 5;            ///< grid of disparities
   double boulder_min_height_m = 0.02;  ///< a point lower than this is ground: ripples and gravel reach it
-  double boulder_min_top_m =
-      0.035;                    ///< a boulder's highest point, at least: 0.1 m boulders stand some 0.05 m
-  double boulder_cut_m = 0.05;  ///< points of one boulder lie closer together than this
-  double boulder_max_range_m = 3.0;  ///< farther points are too uncertain and too flat to judge
+  double boulder_min_top_m = 0.035;    ///< of its highest point, at least: 0.1 m boulders stand some 0.05 m
+  double boulder_cut_m = 0.05;         ///< points of one boulder lie closer together than this
+  double boulder_max_range_m = 3.0;    ///< farther points are too uncertain and too flat to judge
 
   double boulder_min_diameter_m = 0.08;  ///< smaller ones are not in the local map
   int local_map_frames = 60;             ///< sliding window: two intervals between fixes
 
-  // Fusion (localizer/pose_fusion.hpp): what VO may be off. Systematic: about the paper's drift; the rest is
-  // noise.
+  // Fusion (localizer/pose_fusion.hpp): what VO may be off. Systematic: about the paper's drift;
+  // the rest is noise.
   double drift_scale = 0.02;
   double drift_yaw_rad_per_m = 0.002;  ///< 0.11 degrees
   double drift_noise_xy_m = 0.01;      ///< of one metre; grows with the square root of the way
@@ -79,8 +78,7 @@ struct Mission {
 
   // Labelling (labeling/clustering.hpp).
   int max_cluster_points = 1024;  ///< 3D points of the boulders of one frame, or boulders of the local map
-  int max_average_linkage_points =
-      256;  ///< those that average linkage takes: its matrix has n (n-1)/2 doubles
+  int max_average_linkage_points = 256;  ///< for average linkage: its matrix has n (n-1)/2 doubles
 
   // Segmentation (fsw/segmentation): what the parameters mean is told there.
   int segmentation_divisor = 2;  ///< 1: full resolution, 2: half

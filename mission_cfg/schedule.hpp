@@ -16,8 +16,8 @@ enum class Task : std::uint8_t {
   kBoulders,  ///< an overrun is abandoned: the frame adds nothing to the local map
   kFixBegin,  ///< snapshot of the local map and the orbital boulders near the rover
   kFix,       ///< registration, spread over several minor frames; goes on in the next one
-  kFixApply,  ///< the correction, at this frame and no other; a registration that is not done is late, and
-              ///< counted
+  kFixApply,  ///< the correction, at this frame and no other; a registration that is not done
+              ///< is late, and counted
 };
 inline constexpr int kTasks = 5;
 
@@ -41,8 +41,8 @@ inline constexpr ScheduleRow kSchedule[] = {
 };
 inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 
-/// Operations that one call of the executive's cycle may spend: how long the caller's main loop may be held
-/// up.
+/// Operations that one call of the executive's cycle may spend: how long the caller's main loop may
+/// be held up.
 inline constexpr std::uint32_t kSliceOps = 2'000'000;
 
 constexpr bool schedule_is_sound() {

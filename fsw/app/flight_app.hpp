@@ -5,8 +5,7 @@
 /// operations, so that other work of the processor is never held up longer. A cycle: kick the watchdog, then
 /// the first of these that there is: go on with the minor frame, and report it at its end; carry out one
 /// telecommand; go on with the validation of a map, or with the verification of an upload; take the next
-/// pair. So no telecommand falls into a minor
-/// frame, and what it does depends on no slicing.
+/// pair. So no telecommand falls into a minor frame, and what it does depends on no slicing.
 #pragma once
 
 #include <cstdint>

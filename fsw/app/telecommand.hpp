@@ -1,5 +1,5 @@
-/// Telecommands: their content and coding, which the ground tools share. Framing as in app/telemetry.hpp;
-/// doc/ICD.md.
+/// Telecommands: their content and coding, which the ground tools share. Framing as in
+/// app/telemetry.hpp; doc/ICD.md.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,13 @@
 namespace cairn::app {
 
 enum class CommandType : std::uint8_t {
-  kSetStart = 1,     ///< T_map_rover (pose), sigma_xy_m f64, sigma_yaw_rad f64: a new site begins here
-  kSetTrim = 2,      ///< scale f64, yaw_rad_per_m f64 (localizer StepTrim)
-  kMotionPrior = 3,  ///< T_prev_cur of the left camera (pose), for the next pair only
-  kLoadMap = 4,      ///< no body: validate the map bank and use it
-  kBeginUpload =
-      5,           ///< kind u8, id u32, bytes u32, chunk_bytes u16: chunks of a new map or of a delta follow
-  kMapChunk = 6,   ///< one chunk (orbital_map/map_transfer.hpp), 11 bytes or more
-  kUseUpload = 7,  ///< id u32: switch to the map that was uploaded and verified
+  kSetStart = 1,      ///< T_map_rover (pose), sigma_xy_m f64, sigma_yaw_rad f64: a new site begins here
+  kSetTrim = 2,       ///< scale f64, yaw_rad_per_m f64 (localizer StepTrim)
+  kMotionPrior = 3,   ///< T_prev_cur of the left camera (pose), for the next pair only
+  kLoadMap = 4,       ///< no body: validate the map bank and use it
+  kBeginUpload = 5,   ///< kind u8, id u32, bytes u32, chunk_bytes u16: chunks of a map or a delta follow
+  kMapChunk = 6,      ///< one chunk (orbital_map/map_transfer.hpp), 11 bytes or more
+  kUseUpload = 7,     ///< id u32: switch to the map that was uploaded and verified
   kReportUpload = 8,  ///< no body: send an upload report
 };
 

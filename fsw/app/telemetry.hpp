@@ -1,8 +1,8 @@
 /// Telemetry packets: their content, and their coding, which the ground tools share. Every byte: doc/ICD.md.
 ///
 /// A packet is big-endian: type u8, version u8 (1), size u16 of the whole packet, sequence u32, body, CRC-32
-/// of all before it. Floating point travels as IEEE 754. A pose is t (x, y, z, m) and q (w, x, y, z), seven
-/// f64.
+/// of all before it. Floating point travels as IEEE 754. A pose is t (x, y, z, m) and q
+/// (w, x, y, z): seven f64.
 #pragma once
 
 #include <cstddef>

@@ -1,8 +1,7 @@
 /// Work is budgeted in operations, not in time, so that a slice is the same on every machine.
 ///
-/// One operation is about one inner-loop step (a multiply-add on a pixel, a byte of a descriptor compared).
-/// A job splits its work into units (a row, a feature, an iteration) of bounded cost and asks before each
-/// one.
+/// One operation is about one inner-loop step (a multiply-add on a pixel, a byte of a descriptor compared). A
+/// job splits its work into units (a row, a feature, an iteration) of bounded cost and asks before each one.
 ///
 /// Smallest budget that makes progress: 1 (0 grants nothing). The first unit asked of a budget is always
 /// granted, so a step overspends by at most one unit; `spent()` says by how much.

@@ -169,8 +169,8 @@ void FeatureExtractor::select() {
   const std::size_t room = cfg::kMaxFeatures - total;
   const std::size_t candidates = whole < kPerCell ? count_of_rank[whole] : 0;
 
-  // Counting sort into scan order: rows, then columns within a row (cells run left to right, so only a row
-  // mixes).
+  // Counting sort into scan order: rows, then columns within a row (cells run left to right,
+  // so only a row mixes).
   std::uint16_t per_row[cfg::kImageHeight + 1] = {};
   std::size_t seen = 0;
   for (Cell& cell : cells_) {

@@ -32,8 +32,8 @@ using SmoothImage = ImageView<const std::uint16_t>;
 struct FeatureSet {
   FixedVector<Feature, cfg::kMaxFeatures> features;
   FixedVector<Descriptor, cfg::kMaxFeatures> descriptors;  ///< same index as `features`
-  std::uint16_t row_begin[cfg::kImageHeight + 1] =
-      {};  ///< features of row v: row_begin[v] .. row_begin[v + 1] - 1
+  /// Features of row v: row_begin[v] .. row_begin[v + 1] - 1.
+  std::uint16_t row_begin[cfg::kImageHeight + 1] = {};
   int height = 0;
 
   /// First feature index at or below row `v` (clamped to the image).

@@ -23,9 +23,8 @@ struct SearchWindow {
 };
 
 struct MatchParams {
-  float ratio = 0.8F;  ///< Lowe's ratio, in (0, 1]
-  std::uint32_t max_distance =
-      1600 * 256;  ///< chi-squared in 1/256; unrelated patches lie at about 2500 * 256
+  float ratio = 0.8F;                       ///< Lowe's ratio, in (0, 1]
+  std::uint32_t max_distance = 1600 * 256;  ///< chi-squared in 1/256; unrelated patches: about 2500 * 256
 };
 
 class MatchJob {

@@ -42,11 +42,11 @@ constexpr Window make_window() {
 }
 
 constexpr Window kWindow = make_window();
-constexpr float kMinEigen =
-    400.0F;  // mean squared gradient in the weaker direction: 0.08 grey levels a pixel
+// Mean squared gradient in the weaker direction: 0.08 grey levels a pixel.
+constexpr float kMinEigen = 400.0F;
 
-/// The template's samples as integers, half by half: values above that of the centre, and differences across
-/// two pixels.
+/// The template's samples as integers, half by half: values above that of the centre,
+/// and differences across two pixels.
 struct Cut {
   std::int32_t value[kPatchSamples];
   std::int32_t gu[kPatchSamples];
@@ -99,8 +99,8 @@ void cut_samples(const SmoothImage& image, int iu, int iv, Cut& cut, CutSums& su
   }
 }
 
-/// Shift by which weighted samples, once their mean is off, become weights whose magnitudes sum to at most
-/// 2^16.
+/// Shift by which weighted samples, once their mean is off, become weights whose magnitudes sum
+/// to at most 2^16.
 int shift_for(std::uint32_t any) {
   int bits = 1;
   while ((any >> bits) != 0) ++bits;

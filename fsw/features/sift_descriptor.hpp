@@ -3,10 +3,10 @@
 ///
 /// Gradients are central differences of the smoothed image. Each of 19 x 19 samples about the keypoint's
 /// pixel votes into the nearest 2 x 2 cells, linearly in u and v, and into the axis (0, 2, 4, 6) and the
-/// diagonal (1, 3, 5, 7) on both sides of its direction. The cells are multiplied by a Gaussian window (sigma
-/// = half the descriptor's width) at their centres; the vector is normalised, cut at 0.2, normalised again
-/// and multiplied by 512 (at most 255). Cells are `kCellPx` wide: that of a SIFT keypoint of scale kCellPx
-/// / 3.
+/// diagonal (1, 3, 5, 7) on both sides of its direction. The cells are multiplied by a Gaussian window
+/// (sigma = half the descriptor's width) at their centres; the vector is normalised, cut at 0.2, normalised
+/// again and multiplied by 512 (at most 255). Cells are `kCellPx` wide: that of a SIFT keypoint of scale
+/// kCellPx / 3.
 ///
 /// A gradient whose components have magnitudes l >= s gives l - s to the axis and 11/8 s to the diagonal: its
 /// decomposition along the two, but for 1.375 in place of 1.414, which evens the total out (within 7 % of the
@@ -25,8 +25,8 @@ inline constexpr int kDescriptorMargin = 2 * kCellPx + kCellPx / 2 + 1;
 /// Operations of one descriptor, for work budgets.
 inline constexpr std::uint32_t kDescriptorOps = 8000;
 
-/// The descriptor at pixel (iu, iv), at least kDescriptorMargin inside the image. A flat patch gives all
-/// zeros.
+/// The descriptor at pixel (iu, iv), at least kDescriptorMargin inside the image. A flat patch
+/// gives all zeros.
 Descriptor describe(const SmoothImage& image, int iu, int iv);
 
 /// Chi-squared distance of two byte histograms: sum (a - b)^2 / (a + b), in 1/256 (METHOD section A), by a

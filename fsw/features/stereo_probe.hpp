@@ -3,8 +3,8 @@
 /// Keypoints are too few for that: a 0.1 m boulder two metres off covers some 20 x 15 px and holds one or two
 /// of them. Each probe compares an 8 x 8 window of the left image with windows of the same row of the right
 /// one (sum of absolute differences), over disparities about the ground's plane: nearer than the ground,
-/// where boulders stand, by up to `above` of it, and farther by `below`. Sub-pixel by the equiangular fit (a
-/// V through three differences). Left out: windows without horizontal texture, minima at the end of the
+/// where boulders stand, by up to `above` of it, and farther by `below`. Sub-pixel by the equiangular fit
+/// (a V through three differences). Left out: windows without horizontal texture, minima at the end of the
 /// range, and minima that a second one rivals.
 ///
 /// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the window
@@ -16,8 +16,8 @@
 /// Two pixels at a time: a band of eight rows is stored as words that hold one pixel of the upper four rows
 /// and one of the lower four, sixteen bits each.
 ///
-/// Source: block matching after Kanade & Okutomi 1994; equiangular fit Shimizu & Okutomi 2001; elimination Li
-/// & Salari, IEEE Trans. Image Processing 4(1), 1995.
+/// Source: block matching after Kanade & Okutomi 1994; equiangular fit Shimizu & Okutomi 2001; elimination
+/// Li & Salari, IEEE Trans. Image Processing 4(1), 1995.
 ///
 /// Cost, operations: a row of probes 12 a column; a probe 100, 4 a disparity, 8 for each that the quarters do
 /// not dismiss (some 8 of 40) and 32 for each that is compared whole (some 4).

@@ -34,8 +34,8 @@ Attitude attitude_of(const Quat& q);
 Quat quat_exp(const Vec3& w_rad);
 Vec3 quat_log(const Quat& q);
 
-/// The planar motion that carries a spatial pose's x, y and yaw, lifted to space (rotation about z, no
-/// height).
+/// The planar motion that carries a spatial pose's x, y and yaw, lifted to space
+/// (rotation about z, no height).
 Pose3 lift(const Pose2& pose);
 /// x, y and yaw of a pose in space. Yaw is that of the body's x axis projected vertically.
 Pose2 planar(const Pose3& pose);

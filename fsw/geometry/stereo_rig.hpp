@@ -1,5 +1,5 @@
-/// The rectified stereo rig: projection, triangulation and its covariance, and where the rig sits on the
-/// rover.
+/// The rectified stereo rig: projection, triangulation and its covariance, and where the rig sits
+/// on the rover.
 ///
 /// Frame `cam`: optical centre of the left camera, x right, y down, z forward (metres). Pixels: centre of the
 /// top-left pixel is (0, 0), u right, v down. The right camera stands at +baseline on the x axis of `cam`,
@@ -47,8 +47,8 @@ StereoPixel project(const StereoRig& rig, const Vec3& p_cam);
 /// the first-order correction is exact: each side takes half of the difference.
 StereoPixel sampson_correct(const StereoPixel& match);
 
-/// Triangulated point in `cam`. Asks for a positive disparity (the caller gates it) and a match on its
-/// epipolar line.
+/// Triangulated point in `cam`. Asks for a positive disparity (the caller gates it) and a match
+/// on its epipolar line.
 Vec3 triangulate(const StereoRig& rig, const StereoPixel& corrected);
 
 /// 3x3 covariance of the triangulated point in `cam`, m^2, from independent pixel noise of `sigma_px` on

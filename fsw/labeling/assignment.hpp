@@ -11,8 +11,8 @@
 /// machine (the lowest column wins a tie); which one it is carries no meaning. Integers only, no rounding:
 /// entries are 16 bits, dual variables stay within 1024 * 65535.
 ///
-/// Cost: n m (path length) operations, n^2 m at worst for n <= m. Units: one column added to a path, 4 m
-/// operations.
+/// Cost: n m (path length) operations, n^2 m at worst for n <= m. Units: one column added to a path,
+/// 4 m operations.
 #pragma once
 
 #include <cstddef>

@@ -96,8 +96,8 @@ void ClusteringJob::find_nearest(std::size_t a) {
   }
 }
 
-/// Brings one stale nearest cluster up to date, or joins the two closest clusters. False: none are within the
-/// cut.
+/// Brings one stale nearest cluster up to date, or joins the two closest clusters.
+/// False: none are within the cut.
 bool ClusteringJob::merge_unit() {
   std::size_t a = kNone;
   for (std::size_t i = 0; i < points_.size(); ++i) {

@@ -1,23 +1,21 @@
 /// Agglomerative clustering of 3D points by Euclidean distance, and the labels that it merges (METHOD section
 /// B.2: mends over-segmentation; also joins boulders of the local map that lie within a merge distance).
 ///
-/// Agglomeration starts with every point alone and joins the two closest clusters until none are closer than
-/// the cut.
+/// Agglomeration starts with every point alone and joins the two closest clusters until none are closer
+/// than the cut.
 /// - Single linkage (distance of clusters = that of their closest points). Its clusters at a cut are the
-/// connected
-///   components of the graph that joins points within the cut, so that is what is computed: n^2 distances at
-///   worst, O(n) memory, no merge order and so no ties. Follows long shapes; a chain of stray points joins
-///   two boulders.
+///   connected components of the graph that joins points within the cut, so that is what is computed: n^2
+///   distances at worst, O(n) memory, no merge order and so no ties. Follows long shapes; a chain of stray
+///   points joins two boulders.
 /// - Average linkage (mean over all pairs; UPGMA, Sokal & Michener 1958). Compact clusters, no chaining.
-/// Needs
-///   the matrix of cluster distances, so it takes at most kMaxAverageLinkagePoints. Of equal distances the
-///   pair with the lowest indices merges first (a cluster is known by its lowest point).
+///   Needs the matrix of cluster distances, so it takes at most kMaxAverageLinkagePoints. Of equal distances
+///   the pair with the lowest indices merges first (a cluster is known by its lowest point).
 /// Distances equal to the cut still join.
 ///
 /// Merging of labels. Each point may carry a label (a region; 0 = none). A label belongs to the cluster that
 /// holds most of its points (of equal ones the first), and labels of one cluster are one boulder, which takes
-/// the lowest of them. By majority, because a few points that strayed off a region must not chain it to its
-/// neighbour.
+/// the lowest of them. By majority, because a few points that strayed off a region must not chain it
+/// to its neighbour.
 ///
 /// Cost. Single: 4 n^2 operations, units of one point. Average: 6 n a unit; n units for the matrix, then one
 /// for each merge and for each cluster whose nearest one went (n^2 / 2 of them at worst, about 2 n as
@@ -40,8 +38,7 @@ enum class CAIRN_NODISCARD ClusteringStatus : std::uint8_t {
   kDone,           ///< the result may be read
   kNoPoints,       ///< nothing to cluster
   kTooManyPoints,  ///< average linkage: more than kMaxAverageLinkagePoints
-  kBadInput,  ///< NaN, infinity or more than 1e7 m in a point, label above kMaxLabels, cut outside [0, 1e6]
-              ///< m
+  kBadInput,       ///< a point not finite or beyond 1e7 m, label above kMaxLabels, cut outside [0, 1e6] m
 };
 
 enum class Linkage : std::uint8_t { kSingle, kAverage };
@@ -60,8 +57,8 @@ using ClusterPoints = FixedVector<ClusterPoint, cfg::kMaxClusterPoints>;
 struct ClusteringResult {
   int clusters = 0;
   FixedVector<std::uint16_t, cfg::kMaxClusterPoints> cluster_of;  ///< by point; numbered as they first occur
-  /// [label] = the label of its boulder (the lowest of those merged; itself where alone); 0: label without
-  /// points.
+  /// [label] = the label of its boulder (the lowest of those merged; itself where alone);
+  /// 0: label without points.
   std::uint8_t merged_label[cfg::kMaxLabels + 1] = {};
   int labels_merged = 0;  ///< labels that gave way to a lower one
 };
@@ -100,8 +97,8 @@ class ClusteringJob {
   std::size_t cursor_ = 0;
   ClusterPoints points_;
 
-  std::uint16_t root_of_[cfg::kMaxClusterPoints] =
-      {};  ///< lowest point of the cluster; kNone: not reached yet
+  /// Lowest point of the cluster; kNone: not reached yet.
+  std::uint16_t root_of_[cfg::kMaxClusterPoints] = {};
 
   // Single linkage: points reached but not yet looked around from.
   std::uint16_t queue_[cfg::kMaxClusterPoints] = {};

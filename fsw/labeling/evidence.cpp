@@ -35,8 +35,8 @@ struct PlaneSums {
     xz += weight * px * pz;
     yz += weight * py * pz;
   }
-  /// Slopes about the centroid, held to zero by a prior of (0.01 m)^2 on the spread: few points in a row fix
-  /// no tilt.
+  /// Slopes about the centroid, held to zero by a prior of (0.01 m)^2 on the spread: few points in a row
+  /// fix no tilt.
   void solve(double& a, double& b, double& c) const {
     const double mx = x / w;
     const double my = y / w;

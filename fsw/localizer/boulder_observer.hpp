@@ -83,8 +83,8 @@ class BoulderObserver {
   /// For telemetry and pictures: the regions, and the surface points with their verdict.
   const SegmentationJob& segmentation() const { return segmentation_; }
   const SurfacePoints& surface() const { return surface_; }
-  /// The sighting (index in result() plus 1; 0: none) that a surface point is part of, while status() is
-  /// kBoulders.
+  /// The sighting (index in result() plus 1; 0: none) that a surface point is part of,
+  /// while status() is kBoulders.
   std::uint8_t sighting_of(const SurfacePoint& p) const {
     return grid_[(p.v / StereoProbeJob::kSpacing) * kGridColumns + p.u / StereoProbeJob::kSpacing];
   }

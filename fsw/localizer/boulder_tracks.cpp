@@ -96,8 +96,8 @@ void BoulderTracks::remove(std::size_t index) {
   }
 }
 
-/// One pass over all pairs. True where some were merged: they have moved, and others may lie close to them
-/// now.
+/// One pass over all pairs. True where some were merged: they have moved, and others may lie close
+/// to them now.
 bool BoulderTracks::merge() {
   const double merge2 = params_.merge_m * params_.merge_m;
   const std::size_t before = tracks_.size();

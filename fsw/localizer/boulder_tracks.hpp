@@ -5,8 +5,8 @@
 /// `merge_m` that this frame has not seen yet, or starts a track. A track's position is the weighted mean of
 /// its sightings, with weight 1 / (s0^2 + (s1 range^2)^2): stereo depth worsens with the square of the range.
 /// The local map holds the tracks seen within the last `window_frames` frames and often enough; tracks that
-/// meanwhile lie within `merge_m` of each other become one boulder (agglomerative, METHOD B.2), the older
-/// number staying.
+/// meanwhile lie within `merge_m` of each other become one boulder (agglomerative, METHOD B.2),
+/// the older number staying.
 #pragma once
 
 #include <cstdint>

@@ -3,8 +3,8 @@
 /// Three tasks, each resumable, called by the executive of floor 5:
 ///   VO            every frame, first
 ///   boulders      every frame after VO; adds to the local map
-///   registration  when the schedule says: `begin_fix` takes a snapshot, steps register it, `apply_fix`
-///   corrects
+///   registration  when the schedule says: `begin_fix` takes a snapshot, steps register it,
+///                 `apply_fix` corrects
 /// A fix is applied in the frame that the schedule names and not when it happens to be ready, so that the
 /// result is the same to the bit however the work is sliced.
 ///
@@ -119,8 +119,8 @@ class Localizer {
  public:
   /// Forgets everything but trim and map.
   LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);
-  /// Declares where the rover is: T_map_rover, with what it is uncertain by. Starts a new site and forgets
-  /// boulders.
+  /// Declares where the rover is: T_map_rover, with what it is uncertain by. Starts a new site
+  /// and forgets boulders.
   LocalizerStatus set_start(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   LocalizerStatus set_trim(const StepTrim& trim);
   /// A validated map, or a default one for none. Its bytes stay with the caller.

@@ -2,13 +2,13 @@
 ///
 /// VO's drift is systematic: a baseline that is 1 % off, a toe-in, a bias of its matches. So besides the
 /// errors of x, y and yaw, two rates are estimated: k, by which each VO step is too short, and w, the turn
-/// per metre that it lacks. An extended Kalman filter on the error state e = (x, y, yaw, k, w), of the rover
-/// in `map`:
-///   step     displacement D (map, m), length ds:  x += k D_x - yaw D_y,  y += k D_y + yaw D_x,  yaw += w ds,
-///   and noise fix      a registration with the prior's information J_0 gave the correction c with
-///   information J: what it adds of
-///            its own is J - J_0, so (information form)  P' = (P^-1 + a H^T (J - J_0) H)^-1,  e' = P' a H^T J
-///            c
+/// per metre that it lacks. An extended Kalman filter on the error state of the rover in `map`,
+///   e = (x, y, yaw, k, w):
+///   step   displacement D (map, m), length ds:
+///            x += k D_x - yaw D_y,  y += k D_y + yaw D_x,  yaw += w ds,  and noise
+///   fix    a registration with the prior's information J_0 gave the correction c with information J: what it
+///          adds of its own is J - J_0, so (information form)
+///            P' = (P^-1 + a H^T (J - J_0) H)^-1,  e' = P' a H^T J c
 /// with H picking x, y and yaw, and a <= 1 since local maps of successive fixes share boulders. Then the pose
 /// takes e' and the rates are used on the steps to come, so that the local map, too, is less bent.
 ///

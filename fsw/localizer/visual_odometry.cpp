@@ -6,10 +6,8 @@ namespace cairn {
 namespace {
 
 constexpr int kPlaneIterations = 8;
-constexpr float kMaxRowOffset =
-    1.5F;  // of a refined match from its row, px: beyond it the rig is not rectified
-constexpr double kRealignPx =
-    0.75;  // mean square shift of the predictions beyond which patches are aligned anew
+constexpr float kMaxRowOffset = 1.5F;  // of a refined match, px: beyond it the rig is not rectified
+constexpr double kRealignPx = 0.75;    // mean square shift of the predictions that asks for another alignment
 constexpr double kMinDepth = 0.05;
 constexpr float kIdentity[4] = {1.0F, 0.0F, 0.0F, 1.0F};
 

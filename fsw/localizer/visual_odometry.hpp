@@ -6,9 +6,9 @@
 /// by slope and by that motion; refinement on reprojection error.
 ///
 /// The reference is an earlier frame, kept while enough of its points are still seen (at most
-/// `max_reference_age` frames): errors then add up once a reference, not once a frame. `max_reference_age =
-/// 1` is frame to frame, as in the paper; `paper_exact` also leaves out every sub-pixel step and takes the
-/// absolute orientation of the RANSAC inliers.
+/// `max_reference_age` frames): errors then add up once a reference, not once a frame.
+/// `max_reference_age = 1` is frame to frame, as in the paper; `paper_exact` also leaves out every sub-pixel
+/// step and takes the absolute orientation of the RANSAC inliers.
 #pragma once
 
 #include <cstdint>
@@ -92,8 +92,8 @@ class VisualOdometry {
   const VoResult& result() const { return result_; }
   std::uint32_t bad_priors() const { return bad_priors_; }
   const RectificationEstimator& rectification() const { return rectification_; }
-  /// The share of the disparity plane d = a u + b v + c in this frame, as fitted: slopes of the ground for
-  /// others.
+  /// The share of the disparity plane d = a u + b v + c in this frame, as fitted: slopes
+  /// of the ground for others.
   const Vec3& disparity_plane() const { return plane_; }
 
  private:

@@ -5,8 +5,8 @@
 ///   size        class c stands for v(c)
 ///   height      class 0: unknown; class c > 0 stands for v(c - 1)
 ///   confidence  class c stands for floor((100 c + floor((K - 1) / 2)) / (K - 1)) per cent; K at least 2
-/// v, in 1/256 mm: v(0) = 256 smallest, v(c + 1) = v(c) + floor(v(c) step / 128); in mm floor((v + 128) /
-/// 256), at most 65535. So classes grow by a constant ratio, and all of it is integers.
+/// v, in 1/256 mm: v(0) = 256 smallest, v(c + 1) = v(c) + floor(v(c) step / 128); in mm
+/// floor((v + 128) / 256), at most 65535. So classes grow by a constant ratio, and all of it is integers.
 ///
 /// Frequencies out of 4096, for rANS (J. Duda, arXiv:1311.2540), from the weights w: with W(w) = 2^(w/2),
 /// rounded, f = max(1, floor(4096 W(w) / sum of W)); the class of the largest weight (the first of them) gets

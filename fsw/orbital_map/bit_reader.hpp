@@ -32,8 +32,8 @@ class BitReader {
     }
     return count == 0 ? high : high << count | bits_held(count);
   }
-  /// A number below `values` (at least 1, at most 2^28): with k = floor(log2 values), the first 2^(k + 1) -
-  /// values numbers take k bits, the others one more.
+  /// A number below `values` (at least 1, at most 2^28): with k = floor(log2 values), the first
+  /// 2^(k + 1) - values numbers take k bits, the others one more.
   [[gnu::always_inline]] std::uint32_t truncated(std::uint32_t values, unsigned k) {
     const std::uint32_t shorter = (2U << k) - values;
     if (k >= kSurelyHeld) {

@@ -8,15 +8,13 @@
 ///
 /// The mapped ground is extent_x by extent_y cells of one quantum; a boulder stands at origin + cell *
 /// quantum. Tiles are squares of tile_side cells, row-major from the south-west corner: eastward, then
-/// northward; those at the north and the east edge are cut off there. Columns = ceil(extent_x / tile_side),
-/// rows alike.
-///
-/// Columns and rows follow, so does the directory's length. A payload ends where the next begins, the last
-/// one at the file's end; a tile without boulders has none.
+/// northward; those at the north and the east edge are cut off there.
+///   columns = ceil(extent_x / tile_side),   rows = ceil(extent_y / tile_side)
+/// follow, so does the directory's length. A payload ends where the next begins, the last one at the file's
+/// end; a tile without boulders has none.
 ///
 /// Payload: count, depth, where the map has attributes the bytes of their stream, the attribute stream, the
-/// position bits, zero bits up to a byte, CRC-32 of the tile's number as u32 and of all before in the
-/// payload.
+/// position bits, zero bits up to a byte, CRC-32 of the tile's number as u32 and of all before in it.
 #pragma once
 
 #include <cstddef>
@@ -28,24 +26,24 @@ inline constexpr std::uint32_t kMagic = 0x434D4150U;  // "CMAP"
 inline constexpr std::uint8_t kVersion = 2;
 
 // Head: offset in bytes from the file's first.
-inline constexpr std::size_t kMagicAt = 0;        // u32
-inline constexpr std::size_t kVersionAt = 4;      // u8
-inline constexpr std::size_t kFlagsAt = 5;        // u8, attributes that boulders carry: kHasSize, ...
-inline constexpr std::size_t kOffsetBytesAt = 6;  // u8, 2 to 4: width of a directory entry
-inline constexpr std::size_t kMethodAt = 7;       // u8, Method
-inline constexpr std::size_t kHeadBytesAt = 8;    // u16, head with its CRC = offset of the directory
-inline constexpr std::size_t kRevisionAt = 10;    // u16, of the site's map
-inline constexpr std::size_t kFileBytesAt = 12;   // u32
-inline constexpr std::size_t kCountAt = 16;       // u32, boulders
-inline constexpr std::size_t kOriginXAt = 20;     // f64, m, frame `map`: cell (0, 0), south-west
-inline constexpr std::size_t kOriginYAt = 28;     // f64, m
-inline constexpr std::size_t kExtentXAt = 36;     // u32, cells, at least 1
-inline constexpr std::size_t kExtentYAt = 40;     // u32
-inline constexpr std::size_t kQuantumAt = 44;     // u32, micrometres
-inline constexpr std::size_t kTileSideAt = 48;    // u32, cells
-inline constexpr std::size_t kSiteAt = 52;        // u32, number of the landing site
-inline constexpr std::size_t kEpochAt = 56;  // u32, seconds since J2000 (2000-01-01T12:00:00 TT) at which the
-                                             // image was taken, 0 where unknown
+inline constexpr std::size_t kMagicAt = 0;           // u32
+inline constexpr std::size_t kVersionAt = 4;         // u8
+inline constexpr std::size_t kFlagsAt = 5;           // u8, attributes that boulders carry: kHasSize, ...
+inline constexpr std::size_t kOffsetBytesAt = 6;     // u8, 2 to 4: width of a directory entry
+inline constexpr std::size_t kMethodAt = 7;          // u8, Method
+inline constexpr std::size_t kHeadBytesAt = 8;       // u16, head with its CRC = offset of the directory
+inline constexpr std::size_t kRevisionAt = 10;       // u16, of the site's map
+inline constexpr std::size_t kFileBytesAt = 12;      // u32
+inline constexpr std::size_t kCountAt = 16;          // u32, boulders
+inline constexpr std::size_t kOriginXAt = 20;        // f64, m, frame `map`: cell (0, 0), south-west
+inline constexpr std::size_t kOriginYAt = 28;        // f64, m
+inline constexpr std::size_t kExtentXAt = 36;        // u32, cells, at least 1
+inline constexpr std::size_t kExtentYAt = 40;        // u32
+inline constexpr std::size_t kQuantumAt = 44;        // u32, micrometres
+inline constexpr std::size_t kTileSideAt = 48;       // u32, cells
+inline constexpr std::size_t kSiteAt = 52;           // u32, number of the landing site
+inline constexpr std::size_t kEpochAt = 56;          // u32, seconds since J2000 (2000-01-01T12:00:00 TT):
+                                                     // when the image was taken; 0 where unknown
 inline constexpr std::size_t kParameterHashAt = 60;  // u32, CRC-32 of the preparation's parameter text
 inline constexpr std::size_t kPixelAt = 64;         // f32, m: pixel of the orthoimage, 0 where there was none
 inline constexpr std::size_t kTilesCrcAt = 68;      // u32, CRC-32 of the payloads' CRCs, one after another
@@ -53,8 +51,8 @@ inline constexpr std::size_t kDirectoryCrcAt = 72;  // u32, CRC-32 of the direct
 inline constexpr std::size_t kReferenceLengthAt = 76;  // u8, characters of the reference system
 inline constexpr std::size_t kReferenceAt = 77;        // printable ASCII; after it the models, the head's CRC
 inline constexpr std::size_t kMaxReferenceBytes = 255;
-inline constexpr std::size_t kCrcBytes =
-    4;  // head CRC: the head's last bytes; with the two CRCs in the head it answers for the whole file
+// Head CRC: the head's last bytes; with the two CRCs in the head it answers for the whole file.
+inline constexpr std::size_t kCrcBytes = 4;
 inline constexpr std::size_t kMinHeadBytes = kReferenceAt + kCrcBytes;
 
 // Attributes, in this order in the models and for each boulder in the stream.

@@ -195,8 +195,8 @@ void MapTransfer::start_delta() {
                                  bank_bytes_ - record_.plan.bytes));
 }
 
-/// The map is all of a whole upload, or what the delta made. One that is refused at once ends in the next
-/// step.
+/// The map is all of a whole upload, or what the delta made. One that is refused at once
+/// ends in the next step.
 void MapTransfer::start_map() {
   const bool whole = record_.plan.kind == static_cast<std::uint8_t>(UploadKind::kMap);
   phase_ = Phase::kMap;

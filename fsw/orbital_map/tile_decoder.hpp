@@ -8,15 +8,14 @@
 /// Each split tells how many of the n the first half holds: the numbers from 0 to n, ordered from the middle
 /// outward, in truncated binary. That is the density prior of clustered ground, near to the code for halves
 /// whose share is spread as a parabola between none and all; uniform ground takes depth 0.
-/// A block that is not split: n boulders in c cells, row-major; for each the number g of free cells since the
-/// one before:
-///   n > 1   Golomb code of parameter M = max(1, floor(2977044471 floor(c / n) / 2^32)), c and n of what is
-///   left: ones for
-///           floor(g / M), a zero, the remainder in truncated binary
+/// A block that is not split: n boulders in c cells, row-major; for each the number g of free cells since
+/// the one before:
+///   n > 1   Golomb code of parameter M = max(1, floor(2977044471 floor(c / n) / 2^32)), c and n of what
+///           is left: ones for floor(g / M), a zero, the remainder in truncated binary
 ///   n = 1   truncated binary out of c
 /// Gaps of uniform ground are geometric, for which Golomb codes are the best prefix codes (Gallager and van
-/// Voorhis, 1975), some 0.03 bit above the entropy; M follows from what is left, so that no parameter is
-/// sent.
+/// Voorhis, 1975), some 0.03 bit above the entropy; M follows from what is left, so that no
+/// parameter is sent.
 ///
 /// Attributes are one rANS stream of 32-bit states: x starts as 0, reads bytes while x < 2^23 and any are
 /// left, gives size, height and confidence class of the boulder (orbital_map/attribute_model.hpp), reads on.
@@ -61,14 +60,14 @@ enum class CAIRN_NODISCARD TileStep : std::uint8_t {
 /// Reads a payload whose CRC the caller has checked. Borrows the bytes; a kilobyte itself.
 class TileDecoder {
  public:
-  /// False where the payload's head is out of its ranges (read() then says kCorrupt). `size` is without the
-  /// CRC.
+  /// False where the payload's head is out of its ranges (read() then says kCorrupt).
+  /// `size` is without the CRC.
   [[nodiscard]] bool start(const AttributeModels& models, const TileShape& shape, const std::uint8_t* payload,
                            std::size_t size);
   std::uint32_t count() const { return count_; }
   /// The next boulders, at most `room`, at least one unless corrupt. `models` as at start. Cost: usually some
-  /// 100 instructions a boulder; at most 42 splits for each, and in all 3 bits of unary codes a boulder of
-  /// the tile.
+  /// 100 instructions a boulder; at most 42 splits for each, and in all 3 bits of unary codes a boulder
+  /// of the tile.
   TileStep read(const AttributeModels& models, TileBoulder* out, unsigned room, unsigned& given);
 
  private:

@@ -63,8 +63,8 @@ void heap_sort(T* items, int size, Before before) {
   }
 }
 
-/// ln x for 0 < x <= 1, to 1e-12: x = m 2^-k with m in (1/2, 1], and the series of the inverse hyperbolic
-/// tangent.
+/// ln x for 0 < x <= 1, to 1e-12: x = m 2^-k with m in (1/2, 1], and the series of the
+/// inverse hyperbolic tangent.
 double natural_log(double x) {
   constexpr double kLn2 = 0.69314718055994530942;
   double halvings = 0.0;
@@ -334,8 +334,8 @@ IcpJob::Virtual IcpJob::virtual_pairs() const {
   return {by_xy * by_xy, by_yaw * by_yaw};
 }
 
-/// Closed form over the kept pairs and the prior's virtual ones, whose weighted sums about the pivot are
-/// zero.
+/// Closed form over the kept pairs and the prior's virtual ones, whose weighted sums about
+/// the pivot are zero.
 IcpJob::State IcpJob::estimate() const {
   const Virtual v = virtual_pairs();
   const double weight = static_cast<double>(kept_.size()) + v.weight;
@@ -432,8 +432,8 @@ IcpJob::Milestone IcpJob::milestone(const State& from, const State& to) const {
   return m;
 }
 
-/// Besl & McKay's choice between line and parabola, as a multiple of the newest step; 0 where neither is to
-/// be had.
+/// Besl & McKay's choice between line and parabola, as a multiple of the newest step;
+/// 0 where neither is to be had.
 double IcpJob::overstep() const {
   constexpr double kCos10Deg = 0.98480775301220802;
   constexpr double kFarthest = 25.0;
@@ -459,8 +459,8 @@ double IcpJob::overstep() const {
   const double curvature = (slope01 - slope12) / -v2;
   const double farthest = kFarthest * past_[0].length;
   const double zero = slope < 0.0 ? v_mean - d_mean / slope : 0.0;  // of the line; 0 = none
-  const double least =
-      curvature > 0.0 ? -(slope01 - curvature * v1) / (2.0 * curvature) : 0.0;  // of the parabola
+  // Of the parabola.
+  const double least = curvature > 0.0 ? -(slope01 - curvature * v1) / (2.0 * curvature) : 0.0;
   if (least > 0.0 && least < farthest && (zero <= 0.0 || least < zero)) return least / past_[0].length;
   if (zero > 0.0 && zero < farthest) return zero / past_[0].length;
   return zero > 0.0 && least > 0.0 ? kFarthest : 0.0;
@@ -529,8 +529,9 @@ void IcpJob::finish(IcpStatus status, const State& state) {
 
 /// The inverse of the information matrix, written out: with W the summed information of a translation, c the
 /// information-weighted mean of the boulders about the pivot and S the information of a turn about that mean,
-///   yaw: 1/S    pivot: I/W + n n^T / S, n = c turned by 90 degrees (similarity: + c c^T / S)    pivot, yaw:
-///   -n/S
+///   yaw          1/S
+///   pivot        I/W + n n^T / S, n = c turned by 90 degrees (similarity: + c c^T / S)
+///   pivot, yaw   -n/S
 void IcpJob::fill_covariance(const State& state) {
   const auto n = static_cast<double>(kept_.size());
   const double unknowns = params_.model == IcpModel::kSimilarity ? 4.0 : 3.0;

@@ -4,7 +4,7 @@
 /// What it computes. The planar motion that carries `site` into `map`, near a prior: each iteration pairs
 /// every local boulder with the nearest map boulder within the gate, drops the worst fraction of the pairs
 /// (trimming), and solves
-///     minimise sum |m_i - (t + s R(yaw) (p_i - pivot))|^2   over t, yaw (rigid: s = 1) and s (similarity)
+///   minimise sum |m_i - (t + s R(yaw) (p_i - pivot))|^2   over t, yaw (rigid: s = 1) and s (similarity)
 /// in closed form (Horn 1987; Umeyama 1991; in the plane both are one arc tangent). Point to point, because a
 /// boulder is a point here: there is no surface between boulders to slide along.
 ///
@@ -14,17 +14,18 @@
 ///
 /// The prior. With `IcpPrior::use`, the estimate is the most probable one under a Gaussian prior about the
 /// start, with `sigma_pair_m` as the error of a pair on each axis. The prior enters as two virtual pairs, at
-/// +l and -l from the pivot and weight w each, with l = sigma_xy / sigma_yaw and w = sigma_pair^2 / (2
-/// sigma_xy^2): their information on translation is 1/sigma_xy^2, that on yaw 1/sigma_yaw^2. So the closed
-/// form stays exact, and few or clumped pairs cannot swing the yaw. (In a similarity the same two pairs hold
-/// the scale, to sigma_yaw_rad as a fraction.) Without it, it is the paper's plain ICP.
+/// +l and -l from the pivot and weight w each, with
+///   l = sigma_xy / sigma_yaw,   w = sigma_pair^2 / (2 sigma_xy^2)
+/// their information on translation is 1/sigma_xy^2, that on yaw 1/sigma_yaw^2. So the closed form stays
+/// exact, and few or clumped pairs cannot swing the yaw. (In a similarity the same two pairs hold the scale,
+/// to sigma_yaw_rad as a fraction.) Without it, it is the paper's plain ICP.
 ///
 /// Extrapolation (Besl & McKay IV.C). The state is the vector (x, y, L yaw, L s), L = root mean square
 /// distance of the local boulders from the pivot. Where the last three steps point the same way within 10
 /// degrees, the objective is fitted along them by a line and a parabola and the state moves on to the nearer
 /// of the line's zero and the parabola's minimum, at most 25 steps ahead. If the objective is then larger
-/// than before, the move is taken back. The objective is  ( sum over kept pairs of r^2 + prior term + gate^2
-/// for each local boulder without a kept pair ) / n.
+/// than before, the move is taken back. The objective is
+///   (sum over kept pairs of r^2 + prior term + gate^2 for each local boulder without a kept pair) / n
 ///
 /// Nearest neighbours come from a grid of buckets, at least one gate wide, over the map boulders: exactly the
 /// brute force's result (ties: lowest index) at the cost of nine buckets.
@@ -67,16 +68,14 @@ struct IcpParams {
   int max_iterations = cfg::kMission.icp_max_iterations;  ///< pairings, [1, 1000]
   double gate_start_m = cfg::kMission.icp_gate_start_m;   ///< [1e-3, 1e3]
   double gate_final_m = cfg::kMission.icp_gate_final_m;   ///< [1e-3, gate_start_m]
-  double gate_shrink =
-      cfg::kMission.icp_gate_shrink;  ///< factor per iteration, [0.01, 1]; 1 asks for equal gates
+  double gate_shrink = cfg::kMission.icp_gate_shrink;  ///< per iteration, [0.01, 1]; 1 asks for equal gates
   double trim_fraction = cfg::kMission.icp_trim_fraction;  ///< of the pairs within the gate, [0, 0.8]
   int min_pairs = cfg::kMission.icp_min_pairs;             ///< [2, capacity]; with a prior [1, capacity]
   double min_lever_m = cfg::kMission.icp_min_lever_m;    ///< rms distance of pairs from their mean, [0, 1e3]
   double sigma_pair_m = cfg::kMission.icp_sigma_pair_m;  ///< error of a pair per axis, [1e-6, 1e3]
   bool extrapolate = true;
-  bool one_to_one = true;  ///< a map boulder is paired with its closest local boulder only
-  double max_size_ratio =
-      0.0;  ///< diameters of a pair differ by this factor at most, >= 1; 0 = sizes are not looked at
+  bool one_to_one = true;       ///< a map boulder is paired with its closest local boulder only
+  double max_size_ratio = 0.0;  ///< diameters of a pair differ by this factor at most, >= 1; 0: not looked at
   double step_m = 1.0e-5;    ///< converged when a step at the final gate moves the pivot by at most this ...
   double step_rad = 1.0e-6;  ///< ... and turns (or scales, as a fraction) by at most this; both [0, 1]
   double max_correction_m = cfg::kMission.icp_max_correction_m;      ///< of the pivot, [0, 1e6]
@@ -106,12 +105,12 @@ struct IcpResult {
   double dy_m = 0.0;
   double dyaw_rad = 0.0;
   /// Covariance of the pivot's pose in map, order x, y, yaw (m, m, rad), first order:
-  /// (J^T J / (v k) + prior information)^-1 over the pairs used, a similarity's scale marginalised. v is the
-  /// variance of a pair on an axis: that of the residuals, made consistent for trimming, and never below
-  /// sigma_pair_m^2. k = p/A, p the kept fraction and A = p + (1-p) ln(1-p), is the loss by trimming. Both
-  /// factors are exact for Gaussian pairs; where what was trimmed were outliers, the covariance is too large,
-  /// by (p/A)^2 at most (2.8 at 20 %, 4.3 at 30 %). Errors common to all boulders (a shifted map) are not in
-  /// it.
+  ///   (J^T J / (v k) + prior information)^-1
+  /// over the pairs used, a similarity's scale marginalised. v is the variance of a pair on an axis: that of
+  /// the residuals, made consistent for trimming, and never below sigma_pair_m^2. k = p/A, p the kept
+  /// fraction and A = p + (1-p) ln(1-p), is the loss by trimming. Both factors are exact for Gaussian pairs;
+  /// where what was trimmed were outliers, the covariance is too large, by (p/A)^2 at most (2.8 at 20 %, 4.3
+  /// at 30 %). Errors common to all boulders (a shifted map) are not in it.
   Mat3 covariance = Mat3::Zero();
   double rms_m = 0.0;      ///< root mean square of |residual| over the pairs used
   double lever_m = 0.0;    ///< rms distance of their local boulders from their mean

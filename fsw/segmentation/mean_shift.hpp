@@ -50,8 +50,8 @@ enum class CAIRN_NODISCARD MeanShiftStatus : std::uint8_t {
 };
 
 /// The unit of work is a run of trajectories (eight by words, one by pixels), or the words of one row. Both
-/// views are borrowed until the job is done; they must not overlap (a trajectory reads the input behind the
-/// scan).
+/// views are borrowed until the job is done; they must not overlap (a trajectory reads the input
+/// behind the scan).
 class MeanShiftJob {
  public:
   MeanShiftStatus start(const MeanShiftParams& params, const ImageU8& input, const MutableImageU8& output);

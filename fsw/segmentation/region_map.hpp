@@ -32,8 +32,8 @@ class RegionMap {
 
   /// Adds the next row, `y`, of `grey` (rows 0, 1, ... in order): a pixel joins the regions of its upper and
   /// of its left neighbour where the two grey values differ by at most `tolerance`. False: out of region
-  /// numbers, and the map is of no use. After the last row, compress() comes first. About 4 operations a
-  /// pixel.
+  /// numbers, and the map is of no use. After the last row, compress() comes first.
+  /// Cost: about 4 operations a pixel.
   [[nodiscard]] bool connect_row(const ImageU8& grey, int y, int tolerance);
 
   /// Makes two different regions (roots) one; its root is the smaller of both, and its mean is up to date.

@@ -1,5 +1,5 @@
-/// Iterative merging of neighbouring regions of similar intensity, then elimination of small ones (METHOD
-/// B.2).
+/// Iterative merging of neighbouring regions of similar intensity, then elimination of small
+/// ones (METHOD B.2).
 ///
 /// A pass finds, for each region, the neighbour whose mean grey value is nearest (ties: the smaller number),
 /// then goes through the regions in ascending order and joins each one to that neighbour where their means,
@@ -84,8 +84,8 @@ class RegionMergeJob {
   std::uint16_t region_[kMaxRegionNumbers] = {};  ///< ascending; those joined in the last pass among them
   std::uint32_t pair_[kMaxPairs] = {};            ///< the smaller number times 2^16 plus the larger one
   std::uint32_t recent_[kRecentPairs] = {};       ///< pairs looked at in this pass, by a hash
-  /// Difference of means (1/256 grey) times 2^16 plus the neighbour: the smallest is the nearest, ties
-  /// included.
+  /// Difference of means (1/256 grey) times 2^16 plus the neighbour: the smallest is the
+  /// nearest, ties included.
   std::uint32_t nearest_[kMaxRegionNumbers] = {};
 };
 

@@ -213,8 +213,8 @@ MotionStatus RansacMotionJob::finish() {
   for (bool& flag : inlier_) flag = false;
   if (best_count_ < params_.min_inliers) return MotionStatus::kNoConsensus;
   result_.inliers = count_inliers(best_, inlier_);
-  // Orientation of all inliers, in fixed order. p_cur_m_ is packed in place: inlier k is never behind index
-  // k.
+  // Orientation of all inliers, in fixed order. p_cur_m_ is packed in place: inlier k is never
+  // behind index k.
   std::size_t n = 0;
   for (std::size_t i = 0; i < pairs_->size(); ++i) {
     if (!inlier_[i]) continue;
@@ -258,8 +258,8 @@ Progress RefineMotionJob::step(WorkBudget& budget) {
 }
 
 /// How many times sigma_px the residuals really are: the median of the Mahalanobis distances over that of a
-/// chi distribution with three degrees of freedom, at least 1. Counted in a histogram: no sorting, bounded
-/// work.
+/// chi distribution with three degrees of freedom, at least 1. Counted in a histogram:
+/// no sorting, bounded work.
 double RefineMotionJob::residual_scale() const {
   constexpr int kBins = 128;
   constexpr double kPerUnit = 4.0;

@@ -2,8 +2,8 @@
 ///
 /// Two stages in one job: RANSAC over minimal sets of three points by absolute orientation, inliers judged in
 /// pixels in both images; then either the absolute orientation of all inliers (the paper) or refinement on
-/// reprojection error (ours). The refinement minimises, over the motion, the robust sum of the squared
-/// Mahalanobis residuals
+/// reprojection error (ours). The refinement minimises, over the motion, the robust sum of the
+/// squared Mahalanobis residuals
 ///   r = (u, v, d)_measured - project(T p_ref),   cov(r) = sigma^2 (I' + j j^T),   j = d(project) / d(d_ref)
 /// where the j term is the uncertainty of the reference point's own disparity, which matters as much as the
 /// measurement. Cauchy weights; Gauss-Newton on a left perturbation of T_cur_ref.
@@ -34,8 +34,7 @@ struct MotionParams {
   double inlier_px = 2.0;  ///< RANSAC, in each image
   int min_inliers = 12;
   double confidence = 0.999;  ///< early end of RANSAC
-  double sigma_px =
-      0.15;  ///< of a refined match, each coordinate, at best; the residuals' median may raise it
+  double sigma_px = 0.15;  ///< of a refined match, each coordinate, at best; the median residual may raise it
   /// Residuals beyond this many sigmas lose weight. The likeliest for what alignment leaves (3D Student t) is
   /// 0.9 on road, 1.7 on rendered and 0.6 on indoor images: tails are heavy.
   double cauchy = 1.5;
@@ -55,8 +54,8 @@ enum class CAIRN_NODISCARD MotionStatus : std::uint8_t {
 
 struct MotionResult {
   Pose3 T_cur_ref;                 ///< carries points of the reference camera into the current one
-  Mat6 covariance = Mat6::Zero();  ///< of the left perturbation (rotation xyz rad, translation xyz m), in the
-                                   ///< current camera
+  Mat6 covariance = Mat6::Zero();  ///< of the left perturbation (rotation xyz rad, translation xyz m),
+                                   ///< in the current camera
   int inliers = 0;
   int pairs = 0;
   double rms_px = 0.0;  ///< of the inliers' residuals in u, v, d

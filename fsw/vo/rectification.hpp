@@ -4,8 +4,8 @@
 /// out of the image plane turned a straight drive by 0.03 degrees a metre, in this and in two other
 /// pipelines. Four small angles tell the relative attitude of the right camera but for its turn about y:
 /// rotation r_x, r_z of its axes about x and z, and the direction (1, b_y, b_z) of the baseline, in the left
-/// camera. To first order, with u, v of the right point from the principal point, f the focal length in px, d
-/// the disparity:
+/// camera. To first order, with u, v of the right point from the principal point, f the focal length in px,
+/// d the disparity:
 ///   v_right - v_left = f r_x (1 + v^2/f^2) - r_z u - b_y d + b_z v d/f
 ///   u_right          = ideal + r_x u v/f + r_z v + b_z u d/f            (b_y does not act on u)
 /// The first row is observed by every match, needs no motion and no truth; its least squares, with a
@@ -16,8 +16,8 @@
 /// traces, while it shifts all disparities by f r_y. Estimated with the others it changed nothing on rendered
 /// images and ran away to 9 mrad on KITTI's, where no frame gave a motion any more.
 ///
-/// Source: first-order epipolar geometry (Longuet-Higgins 1981; as in Hartley & Zisserman 11.12 for rectified
-/// pairs).
+/// Source: first-order epipolar geometry (Longuet-Higgins 1981; as in Hartley & Zisserman 11.12
+/// for rectified pairs).
 #pragma once
 
 #include "core/eigen.hpp"
@@ -28,9 +28,8 @@ namespace cairn {
 struct RectificationParams {
   bool enabled = true;
   double prior_sigma_rad = 1.0e-3;  ///< of each angle: what a flight rig may be off after calibration
-  double sigma_px =
-      0.3;  ///< of one vertical disparity; more than its noise, since errors of a frame go together
-  double gate_px = 0.5;           ///< larger residuals are no evidence
+  double sigma_px = 0.3;  ///< of one vertical disparity; above its noise: errors of a frame go together
+  double gate_px = 0.5;   ///< larger residuals are no evidence
   double memory_frames = 2000.0;  ///< evidence fades with this time constant
 };
 
@@ -41,8 +40,8 @@ class RectificationEstimator {
   void init(const RectificationParams& params, const StereoRig& rig);
   /// A match as measured, not corrected.
   void observe(const StereoPixel& measured);
-  /// Takes in what was observed since the last call. Call once a frame, at its end, so that one frame uses
-  /// one estimate.
+  /// Takes in what was observed since the last call. Call once a frame, at its end, so that one frame
+  /// uses one estimate.
   void end_frame();
   /// The match with the right camera's position moved to where the ideal rig would see it.
   StereoPixel correct(const StereoPixel& measured) const;

@@ -1,5 +1,5 @@
-/// KITTI odometry, rectified grey pairs of 1226 x 370 on a car: a test of VO on real images, about 1.2 m a
-/// frame.
+/// KITTI odometry, rectified grey pairs of 1226 x 370 on a car: a test of VO on real images,
+/// about 1.2 m a frame.
 #pragma once
 
 #include "mission.hpp"

@@ -1,5 +1,5 @@
-/// A lunar rover's rectified pairs of 1280 x 720, 0.162 m baseline, with steps of up to a metre between
-/// frames.
+/// A lunar rover's rectified pairs of 1280 x 720, 0.162 m baseline, with steps of up
+/// to a metre between frames.
 #pragma once
 
 #include "mission.hpp"
