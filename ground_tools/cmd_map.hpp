@@ -17,8 +17,8 @@ void add_map_unpack(CLI::App& map);    ///< cairn map unpack | quicklook   (cmd_
 void add_map_uplink(CLI::App& map);    ///< cairn map uplink   (cmd_map_uplink.cpp)
 void add_map_forecast(CLI::App& map);  ///< cairn map forecast   (cmd_map_forecast.cpp)
 
-/// A command worked and its answer is no (maps differ, map damaged): exit status 2. 1 is an error, told on
-/// stderr.
+/// A command worked and its answer is no (maps differ, map damaged): exit status 2. 1 is an error,
+/// told on stderr.
 inline constexpr int kAnswerIsNo = 2;
 
 /// Keys in the order in which they are set.

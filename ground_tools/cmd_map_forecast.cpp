@@ -38,8 +38,8 @@ struct ForecastOptions {
   double start_yaw_deg = 0.01 * kDegPerRad;
   double drift_yaw_deg_per_m = cfg::kMission.drift_yaw_rad_per_m * kDegPerRad;
   ForecastModel model;  ///< what is not of the map's detector: start, drift, borders
-  /// What the command line says of the detection, in its order: on top of what is known of the map's
-  /// detector.
+  /// What the command line says of the detection, in its order: on top of what is known
+  /// of the map's detector.
   std::vector<std::function<void(ForecastModel&)>> changes;
 };
 

@@ -38,8 +38,8 @@ const char* method_name(cmap::Method method) {
 /// "2009-02-18T09:57:42 TT"; "" where unknown.
 std::string epoch_text(std::uint32_t epoch_s) {
   if (epoch_s == 0) return "";
-  const std::time_t seconds =
-      946728000 + static_cast<std::time_t>(epoch_s);  // 2000-01-01T12:00:00, all days alike
+  // 2000-01-01T12:00:00, all days alike.
+  const std::time_t seconds = 946728000 + static_cast<std::time_t>(epoch_s);
   std::tm day{};
   ::gmtime_r(&seconds, &day);
   return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02} TT", day.tm_year + 1900, day.tm_mon + 1,

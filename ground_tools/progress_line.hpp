@@ -1,5 +1,5 @@
-/// Progress of long work on stderr: per cent done and an estimate of what remains. Quiet when stderr is no
-/// terminal.
+/// Progress of long work on stderr: per cent done and an estimate of what remains. Quiet when stderr
+/// is no terminal.
 #pragma once
 
 #include <chrono>

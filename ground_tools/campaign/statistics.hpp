@@ -23,8 +23,8 @@ struct Median {
 
 /// The median, and between which order statistics that of the population lies: no assumption on how values
 /// are spread (David and Nagaraja, Order Statistics, 7.1). The interval holds it with 95 % or more; of fewer
-/// than 6 values it is their range, which holds it with 1 - 2^(1 - n). NaNs are left out; without a value all
-/// is NaN.
+/// than 6 values it is their range, which holds it with 1 - 2^(1 - n). NaNs are left out;
+/// without a value all is NaN.
 Median median_of(std::vector<double> values);
 
 }  // namespace cairn::ground

@@ -1,11 +1,10 @@
 // How near a .cmap comes to what its boulders must cost, beside general compressors: `make bench-codec`.
 //
-//   limit     log2 C(G, N) / N, G cells of the mapped ground, N boulders: any places alike
-//   cmap      bits of the whole positions-only file over N, and over the limit
-//   zstd, xz  the same for u32 pairs (y, x), sorted, as these programs at their best make them smaller
-//   attributes  bits that size, height and confidence add to the file, over the entropy of their classes as
-//   they
-//             come out of the file
+//   limit       log2 C(G, N) / N, G cells of the mapped ground, N boulders: any places alike
+//   cmap        bits of the whole positions-only file over N, and over the limit
+//   zstd, xz    the same for u32 pairs (y, x), sorted, as these programs at their best make them smaller
+//   attributes  bits that size, height and confidence add to the file, over the entropy of their classes
+//               as they come out of the file
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

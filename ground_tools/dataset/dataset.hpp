@@ -2,25 +2,23 @@
 ///
 /// Layout (USER_GUIDE tells the same to the user):
 ///   images       left/ and right/, or image_l/ + image_r/, image_0/ + image_1/, image_2/ + image_3/ (first
-///   pair found);
-///                JPEG, PNG or TIFF. Order: shorter names first, then by text, so that numbers need no
-///                leading zeros. Left and right belong together by name without extension. An image missing
-///                on one side is a frame with an empty path there, no error: a camera may fail.
+///                pair found); JPEG, PNG or TIFF. Order: shorter names first, then by text, so that numbers
+///                need no leading zeros. Left and right belong together by name without extension. An image
+///                missing on one side is a frame with an empty path there, no error: a camera may fail.
 ///   calib.txt    one line `fx fy cx cy baseline` (pixels, pixel centres at integers; metres), or two rows of
-///   3x4
-///                projection matrices, left then right; with tags `P0:` ... `P3:` (KITTI), P2 and P3 serve
-///                image_2 and image_3, P0 and P1 the others.
+///                3x4 projection matrices, left then right; with tags `P0:` ... `P3:` (KITTI), P2 and P3
+///                serve image_2 and image_3, P0 and P1 the others.
 ///   stamps       optional: times.txt (seconds, a row a frame) or timestamps.txt (frame number, stamp, ...).
-///   Stamps of
-///                1e12 and more are nanoseconds. Without them a frame's stamp is its number.
+///                Stamps of 1e12 and more are nanoseconds. Without them a frame's stamp is its number.
 ///   truth        optional: truth_left_camera.tum (stamp tx ty tz qx qy qz qw: T_map_cam), or poses.txt
-///   (KITTI: 3x4
-///                row-major T_world_cam, world x right, y down, z forward; of the camera that P0 describes);
-///                truth_rover.txt (frame, arc length, x y z, yaw pitch roll in degrees: T_map_rover);
-///                truth_rocks.csv (columns id, x, y, z_ground, diameter, height; others are ignored).
+///                (KITTI: 3x4 row-major T_world_cam, world x right, y down, z forward; of the camera that P0
+///                describes); truth_rover.txt (frame, arc length, x y z, yaw pitch roll in degrees:
+///                T_map_rover); truth_rocks.csv (columns id, x, y, z_ground, diameter, height;
+///                others are ignored).
 ///
-/// Frames. A KITTI-style world becomes `map` by x_map = z_world (forward), y_map = -x_world (left), z_map =
-/// -y_world (up), so that plans are seen from above with the start heading along +x.
+/// Frames. A KITTI-style world becomes `map` by
+///   x_map = z_world (forward),   y_map = -x_world (left),   z_map = -y_world (up)
+/// so that plans are seen from above with the start heading along +x.
 #pragma once
 
 #include <filesystem>
@@ -47,8 +45,8 @@ class Dataset : public Drive {
   static Dataset open(const std::filesystem::path& folder);
 
   const std::filesystem::path& folder() const { return folder_; }
-  /// Sizes are those of the first readable image. T_rover_cam stays identity: where the rig sits is the
-  /// mission's.
+  /// Sizes are those of the first readable image. T_rover_cam stays identity: where the rig sits
+  /// is the mission's.
   std::string name() const override { return folder_.string(); }
   const StereoRig& rig() const override { return rig_; }
   std::size_t size() const override { return frames_.size(); }

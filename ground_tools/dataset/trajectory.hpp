@@ -49,8 +49,8 @@ struct TrajectoryErrors {
   double percent_of_path(double error_m) const { return path_m > 0.0 ? 100.0 * error_m / path_m : 0.0; }
 };
 
-/// Compares poses of equal stamps (to 1 ms); empty where no stamp agrees. Nothing is aligned: both are in one
-/// frame.
+/// Compares poses of equal stamps (to 1 ms); empty where no stamp agrees. Nothing is aligned:
+/// both are in one frame.
 std::optional<TrajectoryErrors> compare(const Trajectory& estimate, const Trajectory& truth);
 
 }  // namespace cairn::ground

@@ -59,8 +59,8 @@ double climb(const Drives& drives, const std::vector<double>& shifts, Point& at)
   return best;
 }
 
-/// The shift of the log-odds that suits a drive best. Golden section; one look of a coin on each side keeps
-/// it finite.
+/// The shift of the log-odds that suits a drive best. Golden section; one look of a coin on each side
+/// keeps it finite.
 double best_shift(const std::vector<Look>& looks, DetectionCurve curve) {
   curve.spread = 1.0;
   const auto value = [&](double shift) {

@@ -5,8 +5,8 @@
 /// a logistic curve in log D: 0 for pebbles, `most` for large ones, half of that at D = half. D is what the
 /// map says. Drives differ (light, texture, what the map takes for boulders): in each, the log-odds of all
 /// d(D) are shifted by the same amount, which nobody knows before; over drives it is normal with standard
-/// deviation `spread`. What the map says of a boulder is true with its confidence c, so that it is found with
-/// c d(D).
+/// deviation `spread`. What the map says of a boulder is true with its confidence c, so that it is found
+/// with c d(D).
 #pragma once
 
 #include <cstddef>
@@ -52,10 +52,10 @@ struct DetectionFit {
 };
 
 /// The curve of greatest likelihood for the looks of some drives, pairs by chance allowed for:
-/// P(paired) = 1 - (1 - c d(D)) (1 - by_chance). By turns the curve is found by a pattern search over the
-/// ranges above (from several starts), and for each drive the shift of the log-odds that suits it best, less
-/// their mean; `spread` is the standard deviation of those, 0 for a single drive. Asks for at least one look
-/// in all.
+///   P(paired) = 1 - (1 - c d(D)) (1 - by_chance)
+/// By turns the curve is found by a pattern search over the ranges above (from several starts), and for each
+/// drive the shift of the log-odds that suits it best, less their mean; `spread` is the standard deviation of
+/// those, 0 for a single drive. Asks for at least one look in all.
 DetectionFit fit_detection(const std::vector<std::vector<Look>>& drives);
 
 }  // namespace cairn::ground

@@ -27,8 +27,8 @@ double trimming_loss(double trimmed) {
   return trimmed > 0.0 ? kept / (kept + trimmed * std::log(trimmed)) : 1.0;
 }
 
-/// The error of localizer/pose_fusion.hpp, of which the covariance alone is carried: a forecast knows no
-/// corrections.
+/// The error of localizer/pose_fusion.hpp, of which the covariance alone is carried:
+/// a forecast knows no corrections.
 class ErrorGrowth {
  public:
   explicit ErrorGrowth(const ForecastModel& model) : params_(model.fusion) {
@@ -95,8 +95,8 @@ std::vector<TableBoulder> near_drive(const std::vector<TableBoulder>& boulders,
   return near;
 }
 
-/// The pairs that a fix may come to in a drive of some shift (forecast/detection.hpp), and what they are
-/// worth.
+/// The pairs that a fix may come to in a drive of some shift (forecast/detection.hpp),
+/// and what they are worth.
 class Pairs {
  public:
   Pairs(const ForecastModel& model, const PathPoint& at, const std::vector<TableBoulder>& footprint,

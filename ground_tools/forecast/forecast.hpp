@@ -9,8 +9,8 @@
 /// 2. The number of pairs N is Poisson-binomial (forecast/pair_count.hpp). The flight module drops its worst
 ///    share of them and asks for min_pairs of the rest: there are enough where N >= fewest_pairs(), and where
 ///    the right pairs' expected lever is as long as it asks for. The fix is applied where there are enough
-///    and the error before it is within the first gate (`caught`): farther off, pairs are not what belongs
-///    together.
+///    and the error before it is within the first gate (`caught`): farther off,
+///    pairs are not what belongs together.
 /// 3. Given that, i is a right pair with w_i = q_i P(N without i >= fewest - 1) / P(N >= fewest). These make
 ///    the information matrix of x, y and yaw as in the covariance of registration/icp.hpp.
 /// 4. Errors of x, y, yaw and of the rates of scale and turn grow and shrink as in localizer/pose_fusion.hpp.
@@ -43,8 +43,8 @@ struct ForecastModel {
   IcpParams icp;
   FusionParams fusion;
   DetectionCurve detection;
-  double clutter_per_m2 = 0.0;    ///< of the swept ground: local boulders that are none of the map's, and not
-                                  ///< for its resolution
+  double clutter_per_m2 = 0.0;    ///< of the swept ground: local boulders that are none of the map's, and
+                                  ///< not for its resolution
   double sigma_pair_m = 0.022;    ///< of a right pair, per axis; the flight module's own where that is larger
   double sigma_common_m = 0.017;  ///< per axis, of what all boulders of a map have in common: its shift
   double sigma_start_xy_m = 0.05;

@@ -15,8 +15,7 @@ struct TableBoulder {
   Vec2 p_map_m = Vec2(0.0, 0.0);
   double diameter_m = 0.0;  ///< of the disc of the same area
   double area_m2 = 0.0;
-  double contrast =
-      0.0;  ///< mean darkness below the surroundings, share of the 8-bit range, 0 to 1; 0 = unknown
+  double contrast = 0.0;    ///< mean darkness below the surroundings, share of 8 bits, 0 to 1; 0 = unknown
   double elongation = 1.0;  ///< longer over shorter axis of the ellipse of the same second moments, 1 or more
   double height_m = 0.0;    ///< top above the ground around it; 0 = unknown
   double confidence = 1.0;  ///< probability that a boulder stands here, 0 to 1
@@ -40,14 +39,13 @@ struct MapExtent {
 MapExtent extent_of(const std::vector<TableBoulder>& boulders);
 
 /// CSV text, one boulder a line, positions to 0.1 mm:
-/// x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m (the last empty where
-/// unknown)
+///   x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m
+/// The last is empty where unknown.
 std::string to_csv(const std::vector<TableBoulder>& boulders);
 
 /// Reads a CSV table with a header line. Columns may stand in any order and others are passed over; x or x_m,
 /// y or y_m, diameter or diameter_m must be there; the others of to_csv are taken where they are, and a field
-/// of theirs may be empty.
-/// Boulders smaller than `min_diameter_m` are left out.
+/// of theirs may be empty. Boulders smaller than `min_diameter_m` are left out.
 ///
 /// Throws ToolError: cannot be read, empty, a column missing, a line with too few fields or with no finite
 /// number in a field that is needed, a diameter that is not positive.

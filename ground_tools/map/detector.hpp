@@ -2,11 +2,12 @@
 ///
 ///   1. difference of each pixel from the mean of its surroundings (takes out albedo and slow shading);
 ///   2. adaptive Otsu: Otsu's threshold of that difference block by block, interpolated bilinearly between
-///   the
-///      block centres; what is darker is a boulder's shadow or shaded face. Pixels brighter than their
+///      the block centres; what is darker is a boulder's shadow or shaded face. Pixels brighter than their
 ///      surroundings count as level ground, so that bright rocks do not draw the split to their own side;
-///   3. median of the mask, 15x15 on 5 mm pixels; 4. 8-connected components; 5. area threshold; 6. centroids,
-///      geo-registered.
+///   3. median of the mask, 15x15 on 5 mm pixels;
+///   4. 8-connected components;
+///   5. area threshold;
+///   6. centroids, geo-registered.
 ///
 /// Two guards stand where a block holds no shadow, so that Otsu splits its noise: the block's threshold stays
 /// within half to one and a half of the whole image's, and at `noise_sigmas` or more of the ground's texture

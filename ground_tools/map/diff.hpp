@@ -17,8 +17,8 @@ struct BoulderPair {
 
 /// Pairs the boulders of two tables one to one: of all pairs at most `within_m` apart, b less `shift_map_m`,
 /// the nearest first, as long as both are free. Ties go by place, so that the order of the tables does not
-/// matter. Sorted by `a`. n log n for tables whose boulders are not much nearer to each other than
-/// `within_m`.
+/// matter. Sorted by `a`. n log n for tables whose boulders are not much nearer to each
+/// other than `within_m`.
 std::vector<BoulderPair> pair_boulders(const std::vector<TableBoulder>& a, const std::vector<TableBoulder>& b,
                                        double within_m, const Vec2& shift_map_m = Vec2(0.0, 0.0));
 

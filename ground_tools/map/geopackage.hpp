@@ -13,9 +13,8 @@ namespace cairn::ground {
 /// Writes a GeoPackage (OGC 12-128, GDAL's driver) with one layer `boulders`, in the order of the table:
 ///   geom          point, x east and y north as in the table, to the last bit; with z where ground_z_m of all
 ///                 boulders is known
-///   diameter_m, area_m2, contrast, elongation, height_m, confidence, ground_z_m   as in boulder_table.hpp,
-///   NULL
-///                 where unknown
+///   diameter_m, area_m2, contrast, elongation, height_m, confidence, ground_z_m
+///                 as in boulder_table.hpp, NULL where unknown
 /// with a spatial index and the reference system (reference_system.hpp). The same table gives the same bytes:
 /// the date that a GeoPackage carries is 2000-01-01.
 ///

@@ -17,8 +17,8 @@
 
 namespace cairn::ground {
 
-/// The bins whose lower halves are counted in the second round: of the least value, the two percentiles and
-/// the largest.
+/// The bins whose lower halves are counted in the second round: of the least value, the two percentiles
+/// and the largest.
 using FineBins = std::array<std::uint32_t, 4>;
 
 /// A tile's counts, as bytes for GreyRangeSearch. O(pixels).
@@ -43,8 +43,8 @@ class GreyRangeSearch {
   explicit GreyRangeSearch(PixelDepth depth);
 
   void add_values(const Bytes& counts);
-  /// After all tiles' values. Throws ToolError that names the image: every pixel is missing, or all are
-  /// equal.
+  /// After all tiles' values. Throws ToolError that names the image: every pixel is missing,
+  /// or all are equal.
   void finish_values(const std::string& name);
   bool needs_lower_halves() const { return depth_ == PixelDepth::kReal; }
   const FineBins& bins() const { return bins_; }

@@ -16,8 +16,8 @@ namespace cairn::ground {
 /// no data. Boulders are taken to the model's reference system where it is not `reference_system`; a model or
 /// a map without one counts as being in the other's.
 ///
-/// Returns how many heights are known. Boulders are looked up by blocks of the file: memory does not grow
-/// with it.
+/// Returns how many heights are known. Boulders are looked up by blocks of the file:
+/// memory does not grow with it.
 ///
 /// Throws ToolError: cannot be opened or read, no geo-reference, systems that cannot be brought together (of
 /// two bodies, say), not a single boulder on it.

@@ -2,8 +2,8 @@
 ///
 /// Each takes the rows of a tile one after another and gives rows, so that a tile needs no more memory than
 /// the rows that its windows span. What a pixel gets depends on its surroundings in the image alone: not on
-/// the tile that it is computed in. Sums are integers; running sums make the cost independent of the windows'
-/// sizes.
+/// the tile that it is computed in. Sums are integers; running sums make the cost independent
+/// of the windows' sizes.
 #pragma once
 
 #include <array>

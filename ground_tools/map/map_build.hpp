@@ -2,8 +2,8 @@
 /// bit whatever the tiles, the threads and the processes, and however often it was stopped on the way.
 ///
 /// The image is cut into tiles, and goes by in rounds. Of each tile a round gives a record of bytes, which is
-/// a pure function of the image around the tile and of what the rounds before found; records add up in any
-/// order.
+/// a pure function of the image around the tile and of what the rounds before found;
+/// records add up in any order.
 ///   values        (not 8-bit) counts of pixel values, for the stretch to grey; reals twice
 ///   statistics    histograms of the difference image, for the thresholds
 ///   boulders      boulders, and pieces of those that other tiles share

@@ -1,8 +1,8 @@
 /// What a build has finished so far, tile by tile, so that one that was stopped goes on.
 ///
-/// A file beside the output, only ever appended to:
-///   "CAIRNPART1\n", then records: size of the content (u32), CRC-32 of what follows (u32), round (u8),
-///   tile (u32), content. The first record has round 0 and the build's parameters and input as text.
+/// A file beside the output, only ever appended to: "CAIRNPART1\n", then records:
+///   size of the content (u32), CRC-32 of what follows (u32), round (u8), tile (u32), content
+/// The first record has round 0 and the build's parameters and input as text.
 /// Whatever moment the process dies at, what is whole stays: on opening, the file is cut where a record is
 /// torn. Numbers are in this machine's byte order; the file is not for other machines.
 #pragma once

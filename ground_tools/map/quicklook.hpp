@@ -26,8 +26,8 @@ struct QuicklookFacts {
 
 /// Writes a PNG of `extent`, and `<path>.aux.xml` beside it, which gives its place and reference system to
 /// GDAL and QGIS. It has the pixel grid of the orthoimage (cut to the extent, averaged down, or magnified two
-/// to four times where it is small), stretched so that 1 % of it is black and 1 % white; no data is dark
-/// blue.
+/// to four times where it is small), stretched so that 1 % of it is black and 1 % white;
+/// no data is dark blue.
 ///
 /// Each boulder is a circle around it of its true diameter, at least 2 pixels in radius, coloured by
 /// confidence: red 0, yellow 0.5, cyan 1. A bar tells lengths, a second one the colours. The orthoimage is

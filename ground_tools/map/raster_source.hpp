@@ -1,5 +1,5 @@
-/// Where the pixels of an orthoimage come from, a window at a time: a file of any size through GDAL, or
-/// memory.
+/// Where the pixels of an orthoimage come from, a window at a time: a file of any size through
+/// GDAL, or memory.
 #pragma once
 
 #include <cstdint>
@@ -59,8 +59,8 @@ class RasterReader {
   RasterReader& operator=(const RasterReader&) = delete;
 
   /// Grey of the pixels in `box`, row by row, `stride` apart; `missing` gets 1 where there is no data, and
-  /// grey 0 there. False: no pixel is missing, and `missing` says nothing. Throws ToolError: the file ends
-  /// early.
+  /// grey 0 there. False: no pixel is missing, and `missing` says nothing. Throws ToolError:
+  /// the file ends early.
   virtual bool read(const PixelBox& box, const GreyRange& range, std::uint8_t* grey, std::uint8_t* missing,
                     int stride) = 0;
   /// The values themselves, before the stretch to grey, packed; `missing` as above.

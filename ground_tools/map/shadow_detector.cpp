@@ -227,8 +227,8 @@ Features features_of(const ShadowFit& f, double tan_elevation) {
   const double step = std::clamp(f.step, 0.0, 2.5);
   const double spread = std::min(f.spread, 1.0);
   const double reach = std::log(f.reach_px / f.along_px);
-  const double lower =
-      std::min(1.0 / tan_elevation, 4.0) - 1.0;  // the lower the sun, the brighter what faces it
+  // The lower the sun, the brighter what faces it.
+  const double lower = std::min(1.0 / tan_elevation, 4.0) - 1.0;
   const double size = std::log(f.across_px);
   return {1.0,  x,         x * x,       beside,        beyond, before, before * before,
           lit,  lit * lit, round,       round * round, step,   spread, reach,

@@ -7,10 +7,9 @@
 /// 3. Fit: at each seed, half an ellipsoid with its shadow (shadow_fit.hpp).
 /// 4. Of fits that overlap, the one that explains most stays, each against those that were not beaten yet.
 /// 5. Confidence: logistic function of how the fit looks (contrast over the ground's texture, darkness
-/// beside,
-///    beyond and before it, sharpness, size in pixels), its weights fitted to rendered fields of several
-///    suns; less the lower a sun below 27 degrees, whose light every rise of the ground shades. What is below
-///    `min_confidence` or outside the range of diameters is left out.
+///    beside, beyond and before it, sharpness, size in pixels), its weights fitted to rendered fields of
+///    several suns; less the lower a sun below 27 degrees, whose light every rise of the ground shades. What
+///    is below `min_confidence` or outside the range of diameters is left out.
 ///
 /// All of it depends on pixels within shadow_reach_px() of a boulder alone: the table does not depend on how
 /// the image is cut into tiles.

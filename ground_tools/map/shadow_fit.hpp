@@ -3,21 +3,21 @@
 /// Model: half an ellipsoid on level ground, semi-axes `along` (towards the sun), `across` and height h, lit
 /// by parallel light at elevation e. Seen from above, with a counted away from the sun and b across it, and
 /// w = sqrt(1 - b^2 / across^2), each row b holds
-///     lit body    a from -along w to t w,    t = along^2 / q
-///     dark        a from t w to q w,         q = sqrt(along^2 + (h / tan e)^2)
-///     ground      elsewhere:
-/// the shadow that an ellipsoid casts is an ellipse about the same centre, and its own terminator is one, too
+///   lit body    a from -along w to t w,    t = along^2 / q
+///   dark        a from t w to q w,         q = sqrt(along^2 + (h / tan e)^2)
+///   ground      elsewhere
+/// The shadow that an ellipsoid casts is an ellipse about the same centre, and its own terminator is one, too
 /// (the points whose normal is square to the light). So the outline from above is fitted by itself, and
-/// height follows from q. The ground's level is taken from near the spot, within some 36 samples along the
-/// sun.
+/// height follows from q. The ground's level is taken from near the spot, within some 36 samples
+/// along the sun.
 ///
 /// Criterion: what the model explains of the squared departure d = g - grey from the ground's level g,
-///     J = sum over dark (d^2 - (d - c)^2) + body_weight n_lit (mean_lit - g)^2,
-/// where c is the depth of the shadow's core (the darkest sample near the spot), so
-/// that what is lighter than half-way to it is no shadow: a dark rock is not taken for a part of its shadow.
-/// The lit body's mean is free, since albedos differ from rock to rock; where it looks like the ground, weak
-/// priors on roundness and height decide. Rows are sampled once, in the sun's direction, and summed along: a
-/// trial costs a few look-ups per row, so that thousands of trials can be afforded.
+///   J = sum over dark (d^2 - (d - c)^2) + body_weight n_lit (mean_lit - g)^2
+/// where c is the depth of the shadow's core (the darkest sample near the spot), so that what is lighter than
+/// half-way to it is no shadow: a dark rock is not taken for a part of its shadow. The lit body's mean is
+/// free, since albedos differ from rock to rock; where it looks like the ground, weak priors on roundness and
+/// height decide. Rows are sampled once, in the sun's direction, and summed along: a trial costs a few
+/// look-ups per row, so that thousands of trials can be afforded.
 #pragma once
 
 #include <cstdint>

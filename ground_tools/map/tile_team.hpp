@@ -21,8 +21,8 @@ struct TileJob {
 /// Takes each tile's record, on the thread that called, in no order that may be relied on.
 using TakeRecord = std::function<void(std::uint32_t tile, Bytes&& record)>;
 
-/// Rank 0 leads while this lives; at its end, whatever the reason, the other ranks hear that there is no
-/// more.
+/// Rank 0 leads while this lives; at its end, whatever the reason, the other ranks hear that there
+/// is no more.
 class TileLead {
  public:
   explicit TileLead(const MpiRanks& ranks) : ranks_(ranks) {}

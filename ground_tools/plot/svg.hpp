@@ -39,8 +39,8 @@ std::string escaped(const std::string& text);
 
 class Svg {
  public:
-  /// The head: size in pixels, the classes tick, name, grid, axis, frame and plate, a white ground. Ends with
-  /// `add("</svg>")`.
+  /// The head: size in pixels, the classes tick, name, grid, axis, frame and plate, a white ground.
+  /// Ends with `add("</svg>")`.
   void open(double width_px, double height_px);
   template <typename... Args>
   void add(fmt::format_string<Args...> format, Args&&... args) {

@@ -1,5 +1,5 @@
-/// The picture of a replay: paths over the orthoimage with boulders and fixes, and the error over the
-/// distance.
+/// The picture of a replay: paths over the orthoimage with boulders and fixes, and the error
+/// over the distance.
 #pragma once
 
 #include <filesystem>

@@ -12,8 +12,8 @@ std::string plain_name(const std::string& linked);
 /// Shorter still, for tables: without `cairn::`, with template arguments as `<..>`.
 std::string short_name(const std::string& linked);
 
-/// Split off or cloned by the compiler (`.part.0`, `.constprop.1`, `.cold`): not the function that a caller
-/// names.
+/// Split off or cloned by the compiler (`.part.0`, `.constprop.1`, `.cold`): not the function
+/// that a caller names.
 bool is_fragment(const std::string& linked);
 
 }  // namespace cairn::profile

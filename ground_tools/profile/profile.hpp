@@ -1,7 +1,7 @@
 /// What the plugin of `make profile` wrote of one run.
 ///
-/// The file: lines of fields separated by tabs, the first its kind. Costs are instructions, then cycles of
-/// the model.
+/// The file: lines of fields separated by tabs, the first its kind. Costs are instructions, then cycles
+/// of the model.
 ///   cairn-profile 1
 ///   processor NAME | clock_mhz F | total COST | classes NAME...
 ///   function  ID LINKED_NAME CALLS INCLUSIVE LONGEST FETCH_MISSES DATA_MISSES STALLED_CYCLES COUNT...

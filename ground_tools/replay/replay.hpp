@@ -31,8 +31,8 @@ struct ReplayOptions {
   std::size_t first_frame = 0;       ///< index into the drive's frames
   std::size_t end_frame = SIZE_MAX;  ///< one past the last
   std::uint32_t slice_ops = cfg::kSliceOps;
-  /// Called after each frame with its left image; the public state of app::root may be read then. May be
-  /// empty.
+  /// Called after each frame with its left image; the public state of app::root may be read then.
+  /// May be empty.
   std::function<void(const ReplayFrame&, const host::Picture& left)> watch;
 };
 

@@ -2,8 +2,8 @@
 
 namespace cairn::ground {
 
-// Hues are those of Okabe and Ito, "Color Universal Design" (2008); on dark ground vermilion and blue are
-// lightened.
+// Hues are those of Okabe and Ito, "Color Universal Design" (2008); on dark ground vermilion
+// and blue are lightened.
 const char* const kPageStyle = R"css(
 :root { color-scheme: light dark; --back: #ffffff; --ink: #1d2126; --dim: #59616b; --line: #d5d9de; --plate: #f4f5f7;
   --accent: #0072B2; --truth: #000000; --vo: #D55E00; --corrected: #0072B2; --fix: #CC79A7; --third: #007a59; }

@@ -10,13 +10,12 @@ namespace cairn::ground {
 ///   name       the folder's name
 ///   summary    summary.json
 ///   paths      {truth, vo, corrected}: x, y, x, y ... in map, m
-///   errors     {distance_m, vo, corrected}, each of the latter {xy_m, xyz_m, rotation_deg, yaw_deg}; null
-///   where
-///              there is no truth
-///   frames     the columns of frames.csv, and distance_m along the true path (the corrected one without
-///   truth) fixes      the columns of fixes.csv, and of each: distance_m; x_m, y_m (corrected camera);
-///   before_m, after_m
-///              (error in x, y; null without truth)
+///   errors     {distance_m, vo, corrected}, each of the latter {xy_m, xyz_m, rotation_deg, yaw_deg};
+///              null where there is no truth
+///   frames     the columns of frames.csv, and distance_m along the true path (the corrected
+///              one without truth)
+///   fixes      the columns of fixes.csv, and of each: distance_m; x_m, y_m (corrected camera);
+///              before_m, after_m (error in x, y; null without truth)
 ///   ground     {id, x, y, size, sightings}; orbital {x_m, y_m, diameter_m}
 ///   ortho, stride, strips    pictures.json
 ///

@@ -1,10 +1,10 @@
 /// Orthoimages of a simulated site, as GeoTIFF.
 ///
-/// The site is rendered once, at the finest resolution (at most 5 mm a pixel, or a sixteenth of
-/// the smallest product's; four samples each), row by row.
-/// Each product averages that radiance over its own pixels' area, blurs it as optics do (Gaussian of half a
-/// pixel), and turns it into 8 bits as the cameras do: DN = 255 sqrt(radiance / white_radiance), with noise
-/// of 1 DN. Memory does not grow with the image's height.
+/// The site is rendered once, at the finest resolution (at most 5 mm a pixel, or a sixteenth of the smallest
+/// product's; four samples each), row by row. Each product averages that radiance over its own pixels' area,
+/// blurs it as optics do (Gaussian of half a pixel), and turns it into 8 bits as the cameras do:
+///   DN = 255 sqrt(radiance / white_radiance), with noise of 1 DN
+/// Memory does not grow with the image's height.
 #pragma once
 
 #include <filesystem>

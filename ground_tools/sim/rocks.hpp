@@ -1,13 +1,13 @@
 /// The rocks of a simulated site: where they lie, how large they are, and what they look like.
 ///
 /// Sizes follow Golombek and Rapp (1997): the share of the ground under rocks of diameter D and more is
-/// F(D) = k exp(-q D), q = 1.79 + 0.152/k. Their number per area follows from
-/// n(D) = -F'(D) / (pi D^2 / 4); positions are uniform, and rocks keep off each other. Pebbles continue the
-/// law below the rocks' smallest diameter.
+///   F(D) = k exp(-q D),   q = 1.79 + 0.152/k
+/// Their number per area follows from n(D) = -F'(D) / (pi D^2 / 4); positions are uniform, and rocks keep off
+/// each other. Pebbles continue the law below the rocks' smallest diameter.
 ///
 /// A shape is a ball, stretched, made bumpy and cut by planes, with its buried part below z = 0. Diameters
-/// are those of the disc with the area of the outline above ground, seen from above; positions are that
-/// outline's centroid.
+/// are those of the disc with the area of the outline above ground, seen from above;
+/// positions are that outline's centroid.
 #pragma once
 
 #include <array>

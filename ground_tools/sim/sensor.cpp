@@ -64,8 +64,8 @@ void blur_along_columns(const FloatImage& in, const Kernel& kernel, FloatImage& 
   }
 }
 
-/// Grains on the optics, out of focus: each takes up to 20 % of the radiance in a disc of 0.4 to 2 % of the
-/// image's width.
+/// Grains on the optics, out of focus: each takes up to 20 % of the radiance in a disc of 0.4 to 2 %
+/// of the image's width.
 void add_dust(int spots, std::uint64_t seed, Side side, FloatImage& image) {
   for (int n = 0; n < spots; ++n) {
     Draw draw(seed, Stream::kDust, static_cast<std::uint64_t>(side), static_cast<std::uint64_t>(n));

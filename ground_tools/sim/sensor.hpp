@@ -17,11 +17,12 @@ struct FloatImage {
 
 enum class Side { kLeft, kRight };
 
-/// out = clamp(round(255 sqrt(g v d (G * radiance) / white_radiance) + noise)), with
-///   G  Gaussian blur of blur_px (separable, cut at 3 sigma, edges repeated);
-///   v  vignetting: 1 - vignetting r^2, r = 1 in the centre of a corner pixel;
-///   d  dust: soft dark spots, fixed for (seed, side);
-///   g  exposure_gain(): the same for both cameras;
+///   out = clamp(round(255 sqrt(g v d (G * radiance) / white_radiance) + noise))
+/// with
+///   G      Gaussian blur of blur_px (separable, cut at 3 sigma, edges repeated);
+///   v      vignetting: 1 - vignetting r^2, r = 1 in the centre of a corner pixel;
+///   d      dust: soft dark spots, fixed for (seed, side);
+///   g      exposure_gain(): the same for both cameras;
 ///   noise  normal, noise_dn, from (seed, frame, side, pixel) alone: the two cameras share none.
 /// Radiance below 0 or NaN counts as 0. Pure, to be called from any thread; the same bytes in any order.
 /// `out` is made to size. About 2 ms for 512 x 384.

@@ -1,9 +1,10 @@
 /// A simulated site, ready to be looked at: terrain, rocks and their texture in a ray tracer (Embree).
 ///
-/// Light. radiance = albedo (sun cos(theta) lit + sky open + bounce), with the sun a disc of 0.35 degrees
-/// (four places of it, one a sample), shadows cast by terrain, rocks and pebbles; the sky uniform, seen
-/// through what rocks around a place leave open; and the ground's own light on what faces it. Surfaces
-/// scatter evenly (Lambert). Units are such that Camera::white_radiance fits.
+/// Light.
+///   radiance = albedo (sun cos(theta) lit + sky open + bounce)
+/// with the sun a disc of 0.35 degrees (four places of it, one a sample), shadows cast by terrain, rocks and
+/// pebbles; the sky uniform, seen through what rocks around a place leave open; and the ground's own light on
+/// what faces it. Surfaces scatter evenly (Lambert). Units are such that Camera::white_radiance fits.
 ///
 /// Each pixel has four samples at fixed places within it, hence edges are smooth; finer texture is averaged
 /// over the sample's footprint. The same pixel comes out for any thread count.
@@ -44,8 +45,8 @@ struct OrthoPart {
 class World {
  public:
   explicit World(const Scene& scene);
-  /// The scene's ground with rocks of one's own, the largest first. Throws ToolError where a rock's shape is
-  /// not there.
+  /// The scene's ground with rocks of one's own, the largest first. Throws ToolError where a rock's shape
+  /// is not there.
   World(const Scene& scene, std::vector<RockShape> shapes, std::vector<Rock> rocks);
   ~World();
   World(const World&) = delete;

@@ -1,5 +1,5 @@
-/// Plays the tape that is linked into the image (tape_image.S) through the flight module, and sums up its
-/// telemetry.
+/// Plays the tape that is linked into the image (tape_image.S) through the flight module,
+/// and sums up its telemetry.
 #pragma once
 
 #include <cstdint>

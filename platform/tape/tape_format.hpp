@@ -22,8 +22,8 @@ enum class Record : std::uint32_t {
   kTelecommand = 2,
   /// content of the map bank from here on
   kMapBank = 3,
-  /// number u32, t_capture_us u64, then width u32, height u32 of left and of right, pixels of left and of
-  /// right
+  /// number u32, t_capture_us u64, then width u32, height u32 of left and of right,
+  /// pixels of left and of right
   kPair = 4,
 };
 

@@ -36,7 +36,8 @@ void test_ln_against_libm(void**) {
   for (int i = 0; i < 2000000; ++i) {
     const std::uint64_t high = random.next();
     std::uint64_t bits = (high << 32U) | random.next();
-    bits = (bits & 0x7FFFFFFFFFFFFFFFULL) % 0x7FE0000000000000ULL + 0x0010000000000000ULL;  // positive, normal
+    // Positive, normal.
+    bits = (bits & 0x7FFFFFFFFFFFFFFFULL) % 0x7FE0000000000000ULL + 0x0010000000000000ULL;
     double x = 0.0;
     std::memcpy(&x, &bits, sizeof x);
     worst = std::fmax(worst, ulps(cairn::ln(x), std::log(x)));

@@ -25,8 +25,8 @@ double of_bits(std::uint64_t bits) {
   return x;
 }
 
-/// Two digits of the radicand at a time, in integers: 53 bits of root, one more to round by, and what
-/// remains.
+/// Two digits of the radicand at a time, in integers: 53 bits of root, one more to round by,
+/// and what remains.
 std::uint64_t rounded_root_bits(std::uint64_t bits) {
   const int exponent = static_cast<int>(bits >> 52U) - 1023;
   const int odd = exponent & 1;

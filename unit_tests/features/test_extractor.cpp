@@ -137,8 +137,8 @@ void test_tilted_blobs_are_found(void**) {
 }
 
 void test_equal_neighbours_are_one_feature(void**) {
-  // Blobs centred between pixels make extrema of two or four equal pixels, along rows, columns and both
-  // diagonals.
+  // Blobs centred between pixels make extrema of two or four equal pixels, along rows,
+  // columns and both diagonals.
   const double offset[3][2] = {{0.5, 0.0}, {0.0, 0.5}, {0.5, 0.5}};
   for (const auto& o : offset) {
     for (const double amplitude : {80.0, -80.0}) {

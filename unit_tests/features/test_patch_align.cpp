@@ -1,5 +1,5 @@
-// Sub-pixel alignment of textures whose exact place is known: bias and noise, gain and offset, warps, each
-// status.
+// Sub-pixel alignment of textures whose exact place is known: bias and noise, gain and offset,
+// warps, each status.
 #include "features/patch_align.hpp"
 
 #include <cstring>

@@ -1,5 +1,5 @@
-// Uploads: any sequence of telecommands, chunks, resets and slices against a model of what the bank must
-// hold.
+// Uploads: any sequence of telecommands, chunks, resets and slices against a model of what
+// the bank must hold.
 //
 // Input: options, size of the base, the base, size of the upload, the upload, then operations to the end.
 // The base is kept as it is; the upload is named by its true CRC unless the options say otherwise.

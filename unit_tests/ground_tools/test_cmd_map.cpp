@@ -1,5 +1,5 @@
-// cairn map info, verify, unpack, diff, merge, quicklook, and the products of build, as their users start
-// them.
+// cairn map info, verify, unpack, diff, merge, quicklook, and the products of build,
+// as their users start them.
 #include <gdal_priv.h>
 
 #include <filesystem>

@@ -58,8 +58,8 @@ void test_writes_a_data_set(void**) {
   assert_near(fine.geo.c[0], coarse.geo.c[0], 1e-9);
   assert_near(fine.geo.c[3], coarse.geo.c[3], 1e-9);
   assert_near(coarse.geo.pixel_m(), 0.025, 1e-9);
-  // The coarse image is the fine one's mean over 2.5 x 2.5 pixels; both are blurred by half of their own
-  // pixel.
+  // The coarse image is the fine one's mean over 2.5 x 2.5 pixels; both are blurred by half
+  // of their own pixel.
   double sum = 0.0;
   for (int v = 0; v < 240; ++v)
     for (int u = 0; u < 240; ++u) {

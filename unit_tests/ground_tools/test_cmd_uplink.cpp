@@ -1,5 +1,5 @@
-// The program `cairn map uplink`: what it writes is ready to be sent; bad input ends in one line and nothing
-// written.
+// The program `cairn map uplink`: what it writes is ready to be sent; bad input ends in one line
+// and nothing written.
 #include "app/telecommand.hpp"
 #include "ground_tools/program.hpp"
 #include "map/uplink.hpp"

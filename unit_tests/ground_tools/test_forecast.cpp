@@ -69,8 +69,8 @@ void test_what_is_in_view(void**) {
   assert_true(ahead(farthest_m - 0.002, 0.0));
   assert_false(ahead(farthest_m + 0.002, 0.0));
   assert_false(ahead(-1.0, 0.0));
-  // To the side: the half width at 1.5 m ahead is that of the right camera on the left and of the left one on
-  // the right.
+  // To the side: the half width at 1.5 m ahead is that of the right camera on the left and of the left one
+  // on the right.
   const double depth_m = 1.5 * std::cos(39.0 * kRadPerDeg) + 0.7 * std::sin(39.0 * kRadPerDeg);
   const double half_m = depth_m * 255.5 / 394.205430737;
   assert_true(ahead(1.5, half_m - side_m - 0.005));
@@ -147,8 +147,8 @@ void test_a_drive_without_a_fix_is_blind(void**) {
   assert_near(made.blind[0].to_m, 1.0, 0.061);
 }
 
-/// Eight boulders within a hand's breadth tell where the rover is, but not which way it looks: the flight
-/// module refuses.
+/// Eight boulders within a hand's breadth tell where the rover is, but not which way it looks:
+/// the flight module refuses.
 void test_a_clump_is_weak(void**) {
   static std::vector<TableBoulder> clump;
   static std::vector<TableBoulder> spread;
@@ -338,8 +338,8 @@ Registered register_many(const ForecastModel& model, const std::vector<TableBoul
   return sum;
 }
 
-/// The probability of a fix, and how good it is, against draws of the flight module's registration under its
-/// prior.
+/// The probability of a fix, and how good it is, against draws of the flight module's registration
+/// under its prior.
 void test_probability_against_the_registration(void**) {
   static std::vector<TableBoulder> all;
   const double places[][2] = {{2.0, -0.9}, {2.4, 0.7}, {3.1, 0.1},  {2.9, -1.1},

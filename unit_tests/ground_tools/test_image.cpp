@@ -63,8 +63,8 @@ void test_16_bit_is_scaled(void**) {
   }
 }
 
-// Every kind of file, cut anywhere, is refused with one line that names it; what GDAL says is in it, not on
-// stderr.
+// Every kind of file, cut anywhere, is refused with one line that names it; what GDAL says is in it,
+// not on stderr.
 void test_truncated_files(void**) {
   for (const char* driver : {"JPEG", "PNG", "GTiff"}) {
     static std::filesystem::path whole, cut;

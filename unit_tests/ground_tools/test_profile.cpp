@@ -17,8 +17,8 @@ namespace {
 
 const test::Scratch scratch;
 
-// Two frames. VO: 10 + 20 + 30, then 5 + 50 cycles (in millions); a fix begun in the first ends in the
-// second.
+// Two frames. VO: 10 + 20 + 30, then 5 + 50 cycles (in millions); a fix begun in the first ends
+// in the second.
 const std::string kHead =
     "cairn-profile\t1\nprocessor\tTest "
     "board\nclock_mhz\t100.0\ntotal\t400000000\t500000000\nclasses\tinteger\tload\n";

@@ -107,8 +107,8 @@ void test_decodes_powerpc(void**) {
       {0x7c830e70, Class::kInteger, Flow::kNext, 0, {4}, {3, kCarry}},      // srawi r3,r4,1
       {0x5483000e, Class::kInteger, Flow::kNext, 0, {4}, {3}},              // clrrwi r3,r4,24
       {0x7c032000, Class::kInteger, Flow::kNext, 0, {3, 4}, {kFlags}},      // cmpw r3,r4
-      {0xfc2220fa, Class::kFloatFusedDouble, Flow::kNext, 0, {f + 2, f + 4, f + 3}, {f + 1}},  // fmadd
-                                                                                               // f1,f2,f3,f4
+      // fmadd f1,f2,f3,f4
+      {0xfc2220fa, Class::kFloatFusedDouble, Flow::kNext, 0, {f + 2, f + 4, f + 3}, {f + 1}},
       {0xec2200f2, Class::kFloatMultiply, Flow::kNext, 0, {f + 2, f + 3}, {f + 1}},      // fmuls f1,f2,f3
       {0xfc221824, Class::kFloatDivideDouble, Flow::kNext, 0, {f + 2, f + 3}, {f + 1}},  // fdiv f1,f2,f3
       {0xfc221828, Class::kFloat, Flow::kNext, 0, {f + 2, f + 3}, {f + 1}},              // fsub f1,f2,f3
@@ -146,16 +146,16 @@ void test_decodes_sparc(void**) {
       {0x87a049a2, Class::kFloatDivide, Flow::kNext, 0, {f + 1, f + 2}, {f + 3}},         // fdivs %f1,%f2,%f3
       {0x83a018c4, Class::kFloat, Flow::kNext, 0, {f + 4, f + 5}, {f + 1}},               // fdtos %f4,%f1
       {0x89a01901, Class::kFloat, Flow::kNext, 0, {f + 1}, {f + 4, f + 5}},               // fitod %f1,%f4
-      {0x81a80a42, Class::kFloatCompare, Flow::kNext, 0, {f, f + 1, f + 2, f + 3}, {kFloatFlags}},  // fcmpd
-                                                                                                    // %f0,%f2
-      {0x09bfffff, Class::kBranch, Flow::kBranch, 0, {kFloatFlags}, {}},                            // fbl
-      {0x12800000, Class::kBranch, Flow::kBranch, 0, {kFlags}, {}},                                 // bne
-      {0x10800000, Class::kBranch, Flow::kJump, 0, {}, {}},                                         // b
-      {0x40000000, Class::kBranch, Flow::kCall, 0, {}, {15}},                                       // call
-      {0x9de3bfa0, Class::kWindow, Flow::kNext, 0, {14}, {14}},       // save %sp,-96,%sp
-      {0x81c3e008, Class::kJump, Flow::kIndirect, 0, {15}, {}},       // retl
-      {0x9fc04000, Class::kJump, Flow::kIndirectCall, 0, {1}, {15}},  // call %g1
-      {0x11048d15, Class::kInteger, Flow::kNext, 0, {}, {8}},         // sethi %hi(..),%o0
+      // fcmpd %f0,%f2
+      {0x81a80a42, Class::kFloatCompare, Flow::kNext, 0, {f, f + 1, f + 2, f + 3}, {kFloatFlags}},
+      {0x09bfffff, Class::kBranch, Flow::kBranch, 0, {kFloatFlags}, {}},  // fbl
+      {0x12800000, Class::kBranch, Flow::kBranch, 0, {kFlags}, {}},       // bne
+      {0x10800000, Class::kBranch, Flow::kJump, 0, {}, {}},               // b
+      {0x40000000, Class::kBranch, Flow::kCall, 0, {}, {15}},             // call
+      {0x9de3bfa0, Class::kWindow, Flow::kNext, 0, {14}, {14}},           // save %sp,-96,%sp
+      {0x81c3e008, Class::kJump, Flow::kIndirect, 0, {15}, {}},           // retl
+      {0x9fc04000, Class::kJump, Flow::kIndirectCall, 0, {1}, {15}},      // call %g1
+      {0x11048d15, Class::kInteger, Flow::kNext, 0, {}, {8}},             // sethi %hi(..),%o0
   };
   for (const Expected& e : table) check(e, decode_sparc(e.word));
 }
@@ -173,8 +173,8 @@ void test_waits_for_operands_and_units(void**) {
   assert_int_equal(b.issued[1], 2);
   assert_int_equal(b.cycles, 3);
   assert_true(b.pending.empty());
-  // fdiv f1,f2,f3 keeps the unit for 31 cycles; the second one, then fsub f1,f2,f3 in cycle 62; ready 3 after
-  // it.
+  // fdiv f1,f2,f3 keeps the unit for 31 cycles; the second one, then fsub f1,f2,f3 in cycle 62;
+  // ready 3 after it.
   b = block_of(ppc, {0xfc221824, 0xfc221824, 0xfc221828});
   assert_int_equal(b.issued[1], 31);
   assert_int_equal(b.issued[2], 62);
@@ -182,8 +182,8 @@ void test_waits_for_operands_and_units(void**) {
   assert_int_equal(b.pending.size(), 1);
   assert_int_equal(b.pending[0].resource, kFloat0 + 1);
   assert_int_equal(b.pending[0].cycles, 2);
-  // cmp %o1,%o2 and at once bne: the branch sees the flags three cycles after (GRIP: branch interlock of up
-  // to 2).
+  // cmp %o1,%o2 and at once bne: the branch sees the flags three cycles after (GRIP: branch interlock
+  // of up to 2).
   b = block_of(leon, {0x80a2400a, 0x12800000, 0x01000000});
   assert_int_equal(b.issued[1], 3);
   assert_int_equal(b.cycles, 5);

@@ -142,8 +142,8 @@ void test_powerpc(void**) {
   assert_int_equal(p.frames.size(), 2);
   assert_int_equal(p.detail_frame, 0);
   assert_int_equal(p.calls.size(), 2);
-  // The first call also fetches its two lines of code and mispredicts its first branch. 42 and 5 cycles:
-  // timing.toml.
+  // The first call also fetches its two lines of code and mispredicts its first branch.
+  // 42 and 5 cycles: timing.toml.
   assert_int_equal(p.calls[0].cost.cycles - p.calls[1].cost.cycles, (64 + 2) * 42 + 5);
   // bl taken 1; lis, addi (which waits for nothing), li, mtctr 4; 64 times lwz, addi and 63 taken branches;
   // the last one, not taken, is mispredicted 5; blr taken 1 counts for the caller.

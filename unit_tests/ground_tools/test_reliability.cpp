@@ -95,8 +95,8 @@ void test_forecasts_that_keep_their_word(void**) {
 constexpr double kTruthClutter = 0.5;
 const Vec2 kShift_m(0.05, -0.03);
 
-/// A scene without images, a map of random boulders, and what a rover would have seen that finds 7 of 10
-/// large ones.
+/// A scene without images, a map of random boulders, and what a rover would have seen that finds 7
+/// of 10 large ones.
 fs::path make_trial(int number) {
   const std::string folder = "trial" + std::to_string(number) + "/";
   const sim::Scene scene =

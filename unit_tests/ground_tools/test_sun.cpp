@@ -58,8 +58,8 @@ void test_directions(void**) {
   assert_near(sun_direction_map(parse_sun("30,90")).x(), 1.0, 1e-12);
 }
 
-// A step in the grid, taken to the map by the geo-transform itself, leads to the sun: rotated, sheared and
-// oblong pixels.
+// A step in the grid, taken to the map by the geo-transform itself, leads to the sun: rotated,
+// sheared and oblong pixels.
 void test_any_grid(void**) {
   const double grids[][4] = {{0.3, 0.4, 0.4, -0.3}, {0.2, 0.0, 0.0, 0.5}, {1.0, 0.3, -0.2, -2.0}};
   for (const auto& g : grids) {

@@ -280,8 +280,8 @@ void test_maps(void**) {
   check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
 }
 
-/// Each bad map leaves the module without one; the fix says so. Blind frames, as a fix needs no picture for
-/// it.
+/// Each bad map leaves the module without one; the fix says so. Blind frames, as a fix needs
+/// no picture for it.
 void test_a_bad_map_is_no_map(void**) {
   begin_at_start();
   check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);

@@ -1,5 +1,5 @@
-// The whole localizer on the sample: how good it is, how it takes bad input, and that slicing changes
-// nothing.
+// The whole localizer on the sample: how good it is, how it takes bad input, and that
+// slicing changes nothing.
 #include "localizer/localizer.hpp"
 
 #include <cstring>
@@ -52,8 +52,8 @@ void test_corrected_by_true_rocks(void**) {
   assert_at_most(d.largest_xy_m, 0.05);
   assert_at_most(d.largest_excess_m, 0.06);
   assert_at_most(std::fabs(d.end_yaw_deg), 0.5);
-  // A clump of rocks of 0.3 m, seen in pieces, is in all three local maps: less here than over the whole
-  // field (0.86).
+  // A clump of rocks of 0.3 m, seen in pieces, is in all three local maps: less here than over
+  // the whole field (0.86).
   assert_at_least(d.local.share(), 0.75);
   assert_at_least(d.local.boulders, 5 * d.rounds);
   assert_int_equal(d.rounds, kFrames / kFixInterval);
@@ -76,8 +76,8 @@ void test_paper_variant(void**) {
   assert_near(localizer.fusion().scale(), 0.0, 0.0);  // fixes are taken whole
 }
 
-/// The map origin moved by 0.2 m: a whole fix follows it, a weighted one hardly, and both keep height, pitch
-/// and roll.
+/// The map origin moved by 0.2 m: a whole fix follows it, a weighted one hardly, and both keep height,
+/// pitch and roll.
 void test_whole_and_weighted_fixes(void**) {
   static std::vector<ground::TableBoulder> moved;
   moved = rocks;

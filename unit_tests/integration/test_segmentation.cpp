@@ -159,8 +159,8 @@ void test_rocks_are_covered(void**) {
   assert_at_most(spill, 0.04);
 }
 
-// A 12-bit image of a hazy, nearly rock-free plain, its grey levels companded by a square root as flight
-// cameras do.
+// A 12-bit image of a hazy, nearly rock-free plain, its grey levels companded by a square root as
+// flight cameras do.
 void test_navcam_image_gives_few_regions(void**) {
   const char* relative = "mer_navcam/1N491020519ILFCNY9P0706L0M1.IMG";
   const std::string path = test::find_data(relative);

@@ -48,8 +48,8 @@ SurfacePoint& at(int u, int v) {
   return points[static_cast<std::size_t>(v / kSpacing * kColumns + u / kSpacing)];
 }
 
-/// A dome of `radius_px` with `height_m` at its top over the ground; `label` 0 leaves the points without a
-/// region.
+/// A dome of `radius_px` with `height_m` at its top over the ground; `label` 0 leaves the points
+/// without a region.
 void raise(int cu, int cv, int radius_px, double height_m, std::uint8_t label) {
   for (SurfacePoint& p : points) {
     const double r2 =
@@ -110,8 +110,8 @@ void test_what_does_not_stand_is_left_out(void**) {
   }
 }
 
-/// Level and smooth ground, one region of 9 points that are lifted by hand: the heights at which verdicts
-/// change.
+/// Level and smooth ground, one region of 9 points that are lifted by hand: the heights
+/// at which verdicts change.
 void lift_block(double top_m, double others_m, int raised) {
   lay_ground({});
   for (int i = 0; i < 9; ++i) {
@@ -182,8 +182,8 @@ void test_paper_variant(void**) {
   assert_int_equal(raised_of(0), 0);
 }
 
-/// Boulders stand close together: half of what surrounds the small one is no ground, and all of it on one
-/// side.
+/// Boulders stand close together: half of what surrounds the small one is no ground,
+/// and all of it on one side.
 void test_other_boulders_around(void**) {
   lay_ground({0.2, 0.0, 0.005});
   raise(200, 200, 12, 0.06, 1);

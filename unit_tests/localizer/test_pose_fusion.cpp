@@ -28,8 +28,8 @@ FusionParams without_floors() {
   return p;
 }
 
-/// What a registration gives for the measurement z with noise R, under the prior: the posterior mean and
-/// covariance.
+/// What a registration gives for the measurement z with noise R, under the prior:
+/// the posterior mean and covariance.
 struct Registration {
   Pose2 correction;
   Mat3 covariance;

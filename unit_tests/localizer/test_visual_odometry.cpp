@@ -205,8 +205,8 @@ void test_paper_exact_is_less_accurate(void**) {
   assert_true(rough.rotation_rad > 3.0 * fine.rotation_rad);
 }
 
-/// After a frame without motion that leaves the reference: the next good frame is measured from the last good
-/// one.
+/// After a frame without motion that leaves the reference: the next good frame is measured
+/// from the last good one.
 void assert_reference_stayed() {
   assert_status(run(2), VoStatus::kMotion);
   assert_good_step(0, 2);
@@ -272,8 +272,8 @@ void assert_reference_moved_on() {
   assert_near(vo.result().T_prev_cur.t.norm(), 0.0, 0.0);
 }
 
-/// The frame of another place has nothing to do with the reference: it becomes the next one, and so does the
-/// frame after.
+/// The frame of another place has nothing to do with the reference: it becomes the next one,
+/// and so does the frame after.
 void another_place(const VoParams& params, VoStatus status) {
   begin(params);
   assert_status(run(1), VoStatus::kMotion);

@@ -1,8 +1,7 @@
 // Speed and memory of `cairn map build` on large images, and OpenCV's whole-image pipeline beside it, in the
 // same run (make bench-map).
 //
-//   bench_map CAIRN FOLDER       makes images of 15000, 30000 and 60000 pixels a side in FOLDER, one at a
-//   time
+//   bench_map CAIRN FOLDER   makes images of 15000, 30000 and 60000 pixels a side in FOLDER, one at a time
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>

@@ -30,8 +30,8 @@ void run(const ImageU8& image) {
   }
 }
 
-/// Largest difference in grey levels from `expected`; the light image everywhere, the difference within its
-/// margin.
+/// Largest difference in grey levels from `expected`; the light image everywhere,
+/// the difference within its margin.
 double worst_light(const ImageU8& image, const cv::Mat& expected) {
   double worst = 0.0;
   for (int y = 0; y < image.height; ++y) {

@@ -59,8 +59,8 @@ double agreement(const MeanShiftParams& params, const ImageU8& image) {
 }
 
 void test_equals_opencv_on_synthetic_images(void**) {
-  // All but means that lie just between two integers: OpenCV multiplies by the rounded reciprocal of the
-  // count.
+  // All but means that lie just between two integers: OpenCV multiplies by the rounded reciprocal
+  // of the count.
   double least = 1.0;
   const ImageU8 image = synthetic();
   for (const int spatial : {1, 2, 3, 5, 9}) {

@@ -57,8 +57,8 @@ void test_aloe(void**) {
                   ProbeStatus::kRunning);
     assert_true(test::run_whole(job));
     for (const StereoProbe& p : job.result()) {
-      const int d2 =
-          truth.at<std::uint8_t>(offset[1] + p.v, offset[0] + p.u);  // full-size pixels, 0 = unknown
+      // Full-size pixels, 0 = unknown.
+      const int d2 = truth.at<std::uint8_t>(offset[1] + p.v, offset[0] + p.u);
       if (d2 == 0) continue;
       ++known;
       within += std::fabs(static_cast<double>(p.d_px) - 0.5 * d2) <= 1.0 ? 1 : 0;

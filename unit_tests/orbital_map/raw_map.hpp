@@ -79,8 +79,8 @@ inline void raw_map(RawBytes& map, unsigned columns, unsigned rows, unsigned off
   be::put_u32(h + kRawHead - 4, crc32(h, kRawHead - 4));
 }
 
-/// The delta from `base` to the map with `head`, its tiles given as `sent` (those of bit 1) or left to the
-/// base.
+/// The delta from `base` to the map with `head`, its tiles given as `sent` (those of bit 1) or left
+/// to the base.
 inline void raw_delta(RawBytes& out, const RawBytes& base, int column_shift, int row_shift,
                       const std::uint8_t* head, std::size_t head_bytes, const bool* is_sent,
                       const RawTile* tiles, unsigned count) {

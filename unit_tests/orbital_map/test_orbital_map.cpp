@@ -408,8 +408,8 @@ void test_window_equals_brute_force(void**) {
   for (int trial = 0; trial < 500; ++trial) {
     const Vec2 p = kOrigin + 0.01 * Vec2(static_cast<int>(random.below(4000)) - 500,
                                          static_cast<int>(random.below(3000)) - 500);
-    const double radius_m =
-        0.01 * random.below(1200) + 0.0051;  // between the grid's distances near the tiles' edges
+    // Between the grid's distances near the tiles' edges.
+    const double radius_m = 0.01 * random.below(1200) + 0.0051;
     out.clear();
     const WindowStatus status = m.window(p, radius_m, out);
     std::size_t next = 0;

@@ -56,8 +56,8 @@ void scatter_map(Random& random, int count, double side_m, double apart_m) {
   assert_int_equal(map_boulders.size(), count);
 }
 
-/// The first `count` map boulders as seen from site: about the pivot, `scale` too small, with noise on each
-/// axis.
+/// The first `count` map boulders as seen from site: about the pivot, `scale` too small,
+/// with noise on each axis.
 void see_locals(Random& random, int count, double noise_m, double scale) {
   local_map.clear();
   const Pose2 T_site_map = kTruth.inverse();
@@ -379,8 +379,8 @@ void test_gate_at_its_corner(void**) {
   assert_int_equal(job.result().pairs_gated, 1);
 }
 
-/// The gate narrows to the final one and no further: pairs of mirrored locals, which leave the estimate where
-/// it is.
+/// The gate narrows to the final one and no further: pairs of mirrored locals, which leave the estimate
+/// where it is.
 void test_gate_narrows(void**) {
   map_boulders.clear();
   local_map.clear();
@@ -453,8 +453,8 @@ void test_covariance_against_monte_carlo(void**) {
   assert_at_most(outliers, 4.0);  // what was trimmed were outliers: pessimistic
   assert_at_least(outliers, 0.5);
   assert_near(with_prior, 3.0, 0.5);
-  // Whole at the pivot: symmetric, positive, and the pivot in the middle of the boulders hardly tied to the
-  // yaw.
+  // Whole at the pivot: symmetric, positive, and the pivot in the middle of the boulders hardly tied
+  // to the yaw.
   const Mat3& c = job.result().covariance;
   assert_near((c - c.transpose()).norm(), 0.0, 0.0);
   assert_at_most(std::fabs(c(0, 2)) / std::sqrt(c(0, 0) * c(2, 2)), 0.5);
@@ -561,8 +561,8 @@ void test_extrapolation_never_climbs(void**) {
   int trials_kept = 0;
   for (int trial = 0; trial < 30; ++trial) {
     lay_rim(random);
-    // Every third boulder inside the crater, within a narrow gate once it is near: the creeping ends all at
-    // once.
+    // Every third boulder inside the crater, within a narrow gate once it is near: the creeping ends
+    // all at once.
     for (std::size_t i = 0; i < local_map.size(); i += 3) {
       const Vec2 p = kPivot + Vec2(uniform(random, -3.0, 3.0), uniform(random, -2.0, 2.0));
       local_map[i].p_site_m = p;

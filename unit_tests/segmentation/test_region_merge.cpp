@@ -47,8 +47,8 @@ void fill_stripes(std::initializer_list<int> greys) {
 std::uint16_t region_at(int x, int y) { return map.row(y)[x]; }
 
 void test_most_similar_first(void**) {
-  // 16 and 21 become 18.5, which is too far from 10; had 10 and 16 been joined first, 21 would have been
-  // left.
+  // 16 and 21 become 18.5, which is too far from 10; had 10 and 16 been joined first,
+  // 21 would have been left.
   fill_stripes({10, 16, 21});
   connect(0);
   run({6, 0});

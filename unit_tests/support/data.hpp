@@ -1,5 +1,5 @@
-/// Where tests find input that is not part of the repository. It may be absent: a test then skips and says
-/// so.
+/// Where tests find input that is not part of the repository. It may be absent: a test then skips
+/// and says so.
 #pragma once
 
 #include <string>

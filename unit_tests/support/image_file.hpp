@@ -13,8 +13,8 @@ namespace cairn::test {
 /// than the capacity.
 MutableImageU8 read_image(const std::string& path, std::uint8_t* pixels, std::size_t capacity, int shift = 0);
 
-/// Writes an 8-bit grey (`channels` 1) or interleaved colour (`channels` 3) PNG, for looking at. False on
-/// failure.
+/// Writes an 8-bit grey (`channels` 1) or interleaved colour (`channels` 3) PNG, for looking at.
+/// False on failure.
 bool write_png(const std::string& path, const std::uint8_t* pixels, int width, int height, int channels);
 
 }  // namespace cairn::test

@@ -51,8 +51,8 @@ double PlaneScene::grey(double x_m, double y_m, double footprint_m) const {
   double sum = 0.0;
   for (int l = first; l <= first + 1; ++l) {
     const int side = kSide >> l;
-    const double x =
-        x_m / (kTexel * (1 << l)) - 0.5;  // texel centres at halves, so that levels lie on each other
+    // Texel centres at halves, so that levels lie on each other.
+    const double x = x_m / (kTexel * (1 << l)) - 0.5;
     const double y = y_m / (kTexel * (1 << l)) - 0.5;
     const double fx = x - std::floor(x);
     const double fy = y - std::floor(y);

@@ -1,5 +1,5 @@
-// Absolute orientation: exact recovery, Eigen's closed form by singular values, and what does not fix a
-// rotation.
+// Absolute orientation: exact recovery, Eigen's closed form by singular values, and what does not
+// fix a rotation.
 #include "vo/absolute_orientation.hpp"
 
 #include <Eigen/Geometry>

@@ -110,8 +110,8 @@ void test_exact_recovery(void**) {
 }
 
 void test_jacobians(void**) {
-  // From a start far off, with exact data, only right derivatives converge quadratically: four iterations are
-  // enough.
+  // From a start far off, with exact data, only right derivatives converge quadratically:
+  // four iterations are enough.
   Random random(2);
   fill_pairs(100, 0.0, random);
   MotionParams params;

@@ -1,5 +1,5 @@
-// A rig that is off by milliradians is found out from its vertical disparities, and its matches are put
-// right.
+// A rig that is off by milliradians is found out from its vertical disparities,
+// and its matches are put right.
 #include "vo/rectification.hpp"
 
 #include "support/cmocka.hpp"

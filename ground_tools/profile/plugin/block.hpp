@@ -3,8 +3,8 @@
 /// One instruction is issued in a cycle, in order. It waits for its operands and for a unit that is busy
 /// (divide, square root); a branch that is folded takes no cycle of its own. Times are those of a run in
 /// which everything from before is ready and all memory is in the cache; what is still under way when the
-/// block begins is made up for by `slack` and `pending` (InFlight below), and misses are added where they
-/// happen.
+/// block begins is made up for by `slack` and `pending` (InFlight below), and misses are added
+/// where they happen.
 #pragma once
 
 #include <cstdint>

@@ -11,8 +11,8 @@ struct CacheShape {
   std::uint32_t ways = 0;
   std::uint32_t line = 0;
   std::uint32_t fill = 0;  ///< bytes that a miss fetches: a line, or a sub-block of it with its own valid bit
-  bool write_back =
-      false;  ///< and allocates on a store; else write-through, and a store that misses leaves it alone
+  /// And allocates on a store; else write-through, and a store that misses leaves it alone.
+  bool write_back = false;
 };
 
 class Cache {

@@ -1,5 +1,5 @@
-// PowerPC, 32 bits: "PowerPC Microprocessor Family: The Programming Environments", appendix A (formats and
-// opcodes).
+// PowerPC, 32 bits: "PowerPC Microprocessor Family: The Programming Environments",
+// appendix A (formats and opcodes).
 #include "profile/plugin/instruction.hpp"
 
 namespace cairn::profile {

@@ -72,8 +72,8 @@ void set_flow(Block& block, const std::vector<Instruction>& code, bool sparc) {
   }
 }
 
-/// Instructions [from, end) as a block of their own. `first`: QEMU tells of it when the whole translation
-/// begins.
+/// Instructions [from, end) as a block of their own. `first`: QEMU tells of it when
+/// the whole translation begins.
 void add_block(qemu_plugin_tb* tb, std::size_t from, const std::vector<Instruction>& code, bool first) {
   const Timing& timing = profiler->timing();
   const auto start = static_cast<std::uint32_t>(qemu_plugin_tb_vaddr(tb) + 4 * from);

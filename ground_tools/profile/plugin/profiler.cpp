@@ -193,8 +193,8 @@ void Profiler::frame_ends() {
   FrameSpan& span = frames_.back();
   span.whole = now() - frame_at_;
   const auto& watched = tree_.watched();
-  std::uint64_t until =
-      0;  // calls come in the order of their ends: one that began before that holds the others
+  // Calls come in the order of their ends: one that began before that holds the others.
+  std::uint64_t until = 0;
   for (std::size_t i = watched.size(); i-- > watched_before_;) {
     if (until != 0 && watched[i].at >= until) continue;
     span.watched_cycles += watched[i].cost.cycles;

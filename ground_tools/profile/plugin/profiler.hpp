@@ -26,8 +26,8 @@ class Profiler {
 
   /// The block begins to run.
   void enter(Block& block);
-  /// `words` at `address`, by the instruction that is issued `offset` cycles after the block's end (so at
-  /// most 0).
+  /// `words` at `address`, by the instruction that is issued `offset` cycles after the block's end
+  /// (so at most 0).
   void read(std::uint32_t address, std::uint32_t words, std::int32_t offset) {
     const Cache::Found found = data_.read(address, words);
     if (found != Cache::Found::kHit) read_missed(found, words, offset);
@@ -44,8 +44,8 @@ class Profiler {
   const std::vector<Symbol>& symbols() const { return symbols_; }
   std::uint32_t fetch_line(std::uint32_t address) const { return code_.line_of(address); }
 
-  /// Ends the run and writes what was found (format: ground_tools/profile/profile.hpp). `blocks`: all there
-  /// were.
+  /// Ends the run and writes what was found (format: ground_tools/profile/profile.hpp). `blocks`:
+  /// all there were.
   void finish(std::FILE* out, const std::vector<Block*>& blocks);
 
  private:

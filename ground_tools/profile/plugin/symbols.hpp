@@ -14,8 +14,8 @@ struct Symbol {
 };
 
 /// Sorted by address, no two overlap; the first stands for what lies outside all. A symbol without a size, as
-/// assembly has them, reaches to the next one. Throws std::runtime_error, one line with the file and the
-/// mend.
+/// assembly has them, reaches to the next one. Throws std::runtime_error, one line with the file
+/// and the mend.
 std::vector<Symbol> read_symbols(const std::string& path);
 
 /// Index of the one that holds `address`; 0 where there is none.
