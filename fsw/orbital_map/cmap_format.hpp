@@ -6,9 +6,10 @@
 ///   directory  for each tile the offset of its payload from the first payload's first byte
 ///   payloads   one after another, in the order of the directory, to the end of the file
 ///
-/// The mapped ground is extent_x by extent_y cells of one quantum; a boulder stands at origin + cell *
-/// quantum. Tiles are squares of tile_side cells, row-major from the south-west corner: eastward, then
-/// northward; those at the north and the east edge are cut off there.
+/// The mapped ground is extent_x by extent_y cells of one quantum; a boulder stands at
+///   origin + cell * quantum
+/// Tiles are squares of tile_side cells, row-major from the south-west corner: eastward, then northward;
+/// those at the north and the east edge are cut off there.
 ///   columns = ceil(extent_x / tile_side),   rows = ceil(extent_y / tile_side)
 /// follow, so does the directory's length. A payload ends where the next begins, the last one at the file's
 /// end; a tile without boulders has none.

@@ -21,10 +21,10 @@
 /// to sigma_yaw_rad as a fraction.) Without it, it is the paper's plain ICP.
 ///
 /// Extrapolation (Besl & McKay IV.C). The state is the vector (x, y, L yaw, L s), L = root mean square
-/// distance of the local boulders from the pivot. Where the last three steps point the same way within 10
-/// degrees, the objective is fitted along them by a line and a parabola and the state moves on to the nearer
-/// of the line's zero and the parabola's minimum, at most 25 steps ahead. If the objective is then larger
-/// than before, the move is taken back. The objective is
+/// distance of the local boulders from the pivot. Where the last three steps point the same way within
+/// 10 degrees, the objective is fitted along them by a line and a parabola and the state moves on to the
+/// nearer of the line's zero and the parabola's minimum, at most 25 steps ahead. If the objective is then
+/// larger than before, the move is taken back. The objective is
 ///   (sum over kept pairs of r^2 + prior term + gate^2 for each local boulder without a kept pair) / n
 ///
 /// Nearest neighbours come from a grid of buckets, at least one gate wide, over the map boulders: exactly the

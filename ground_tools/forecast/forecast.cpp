@@ -235,8 +235,8 @@ Ellipse ellipse_of(const Mat2& covariance_m2) {
 }
 
 /// Over the directions: in the direction u the density of |draw| is Rayleigh's with s^-2 = u' C^-1 u. The
-/// trapezoid rule converges fast, the integrand being periodic; in the ellipse's own angle (draw = (major cos
-/// t, minor sin t) r) the directions are uniform, and it stays smooth for a thin ellipse.
+/// trapezoid rule converges fast, the integrand being periodic; in the ellipse's own angle,
+/// draw = (major cos t, minor sin t) r, the directions are uniform, and it stays smooth for a thin ellipse.
 double within_disc(const Ellipse& ellipse, double radius_m) {
   constexpr int kSteps = 256;
   double outside = 0.0;

@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// ---- shapes
-// --------------------------------------------------------------------------------------------------------
+// ---- shapes -----------------------------------------------------------------------------------------------
 
 struct Mesh {
   std::vector<Vec3> points;
@@ -163,8 +162,7 @@ RockShape make_shape(const Scene& scene, std::size_t number, int levels) {
   return shape;
 }
 
-// ---- places
-// --------------------------------------------------------------------------------------------------------
+// ---- places -----------------------------------------------------------------------------------------------
 
 /// A number of a Poisson law of this mean: the normal approximation beyond 50.
 std::size_t poisson(Draw& draw, double mean) {

@@ -54,8 +54,8 @@ std::string one_line(std::string_view text) {
   return line;
 }
 
-// The keys, once for reading, writing and telling which there are. A visitor has section(name), number(key,
-// value, low, high), whole(...), flag(key, value).
+// The keys, once for reading, writing and telling which there are. A visitor has section(name),
+// number(key, value, low, high), whole(...), flag(key, value).
 
 template <typename V>
 void visit_site(V& v, Site& s) {

@@ -1,5 +1,5 @@
-// An image that validates the map it holds and takes a window of all of it: what `make
-// bench-decode` measures.
+// An image that validates the map it holds and takes a window of all of it:
+// what `make bench-decode` measures.
 #include <cstdio>
 
 #include "orbital_map/orbital_map.hpp"

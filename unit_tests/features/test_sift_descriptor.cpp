@@ -175,8 +175,7 @@ void test_margin_asserts(void**) {
   assert_true(test::asserts([] { describe(kImage, 32, kHigh + 1); }));
 }
 
-// ---- keypoints of another implementation
-// -------------------------------------------------------------------
+// ---- keypoints of another implementation ------------------------------------------------------------------
 
 struct Keypoint {
   double row, col, scale, angle;
@@ -283,8 +282,7 @@ void test_agrees_with_another_implementation(void**) {
   assert_at_least(agreement[0], 0.93);
 }
 
-// ---- chi-squared
-// ---------------------------------------------------------------------------------------------
+// ---- chi-squared ------------------------------------------------------------------------------------------
 
 double formula(const Descriptor& a, const Descriptor& b) {
   double sum = 0.0;

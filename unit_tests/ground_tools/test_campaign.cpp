@@ -31,8 +31,7 @@ std::string text_of(const fs::path& path) {
   return {bytes.begin(), bytes.end()};
 }
 
-// ---- drawing
-// -------------------------------------------------------------------------------------------------
+// ---- drawing ----------------------------------------------------------------------------------------------
 
 void test_drawn_scenes_are_valid(void**) {
   for (std::uint64_t seed = kFirstSeed; seed < kFirstSeed + 200; ++seed) {
@@ -115,8 +114,7 @@ void test_maps_and_kinds_come_equally_often(void**) {
   for (const auto& [pair, times] : count) assert_int_equal(times, 2);
 }
 
-// ---- judging
-// -------------------------------------------------------------------------------------------------
+// ---- judging ----------------------------------------------------------------------------------------------
 
 void test_verdicts_at_each_border(void**) {
   const double over = std::nextafter(kRightWithin_m, 1.0);
@@ -192,8 +190,7 @@ void test_fixes_of_a_replay_are_judged(void**) {
   assert_non_null(std::strstr(rows.c_str(), "worse,103,beyond_limit,declined,0.5000,0.5000,"));
 }
 
-// ---- statistics
-// ----------------------------------------------------------------------------------------------
+// ---- statistics -------------------------------------------------------------------------------------------
 
 /// Newcombe, Statistics in Medicine 17 (1998), table I: method 3.
 void test_wilson_against_published_values(void**) {
@@ -238,8 +235,7 @@ void test_median_and_its_ranks(void**) {
   assert_true(std::isnan(median_of({}).value));
 }
 
-// ---- the table and going on
-// -----------------------------------------------------------------------------------
+// ---- the table and going on -------------------------------------------------------------------------------
 
 /// Figures that differ from trial to trial.
 void pretend(Trial& t) {
@@ -337,8 +333,7 @@ void test_damaged_tables_are_refused(void**) {
                  "cannot make this folder");
 }
 
-// ---- findings
-// ------------------------------------------------------------------------------------------------
+// ---- findings ---------------------------------------------------------------------------------------------
 
 void test_findings_count_and_take_medians(void**) {
   static std::vector<Trial> trials(9);

@@ -49,8 +49,7 @@ ForecastModel plain() {
   return model;
 }
 
-// ---- the ground that is swept
-// -------------------------------------------------------------------------------------------
+// ---- the ground that is swept -----------------------------------------------------------------------------
 
 /// 0.7 m high, 39 degrees down, 52 degrees of view: level ground from 0.7 / tan(39 + 25.9) on, as far as
 /// boulders are looked for. The left camera's mid-point sits over the rover's origin.
@@ -107,8 +106,7 @@ void test_fixes_follow_the_schedule(void**) {
   assert_int_equal(fix_frames(25).size(), 1);
 }
 
-// ---- known answers
-// ------------------------------------------------------------------------------------------------------
+// ---- known answers ----------------------------------------------------------------------------------------
 
 void test_no_boulders_no_fix(void**) {
   const std::vector<PathPoint> drive = straight(12.0);
@@ -234,8 +232,7 @@ void test_an_error_beyond_the_gate(void**) {
   assert_near(s.applied, s.caught * s.enough, 1e-12);
 }
 
-// ---- against the flight module
-// ------------------------------------------------------------------------------------------
+// ---- against the flight module ----------------------------------------------------------------------------
 
 /// The covariance of the registration itself, of all pairs at their places.
 void test_information_against_the_registration(void**) {
@@ -417,8 +414,7 @@ void test_both_outcomes_are_carried_on(void**) {
   assert_near(std::pow(mixed.stations[1].before.yaw_rad, 2), between * between + grown, 0.25 * grown);
 }
 
-// ---- plane geometry
-// -----------------------------------------------------------------------------------------------------
+// ---- plane geometry ---------------------------------------------------------------------------------------
 
 void test_ellipses(void**) {
   Mat2 covariance;

@@ -89,8 +89,7 @@ void test_forecasts_that_keep_their_word(void**) {
               r.skill_interval.high - r.skill_interval.low < 0.05);
 }
 
-// ---- a trial's folder
-// ----------------------------------------------------------------------------------------------------
+// ---- a trial's folder -------------------------------------------------------------------------------------
 
 constexpr double kTruthClutter = 0.5;
 const Vec2 kShift_m(0.05, -0.03);
@@ -179,8 +178,7 @@ void test_parameters_are_found_again(void**) {
   assert_near(fitted(mission_model(), {}).detection.most, mission_model().detection.most, 0.0);
 }
 
-// ---- the model as a file
-// ---------------------------------------------------------------------------------------------------
+// ---- the model as a file ----------------------------------------------------------------------------------
 
 void test_model_files(void**) {
   static ForecastModel written, read;

@@ -55,8 +55,8 @@ void test_find_stamp(void**) {
   assert_null(find_stamp({}, 0.5));
 }
 
-// The true path: 3 m east, 4 m north, 12 m up at once: 3 + 4 + 12 = 19 m. Errors: (0.3, 0.4, 0), then (0,
-// -0.1, 1.2), 0.
+// The true path: 3 m east, 4 m north, 12 m up at once: 3 + 4 + 12 = 19 m. Errors: (0.3, 0.4, 0),
+// then (0, -0.1, 1.2), 0.
 void test_errors_by_hand(void**) {
   static Trajectory truth, estimate;
   truth = {{0.0, at(0, 0, 0)}, {1.0, at(3, 0, 0)}, {2.0, at(3, 4, 0, 90.0)}, {3.0, at(3, 4, 12)}};

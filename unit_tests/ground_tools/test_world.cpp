@@ -57,8 +57,7 @@ double along_row(const FloatImage& image, double u, int v, double* slope) {
   return ((k3 * t + k2) * t + k1) * t + b;
 }
 
-// ---- plane
-// ---------------------------------------------------------------------------------------------------
+// ---- plane ------------------------------------------------------------------------------------------------
 
 void test_plane_lies_where_projection_says(void**) {
   const World world(level_scene());
@@ -110,8 +109,7 @@ void test_disparity_on_a_plane(void**) {
   assert_near(sum / patches, 0.0, 0.003);
 }
 
-// ---- spheres
-// -------------------------------------------------------------------------------------------------
+// ---- spheres ----------------------------------------------------------------------------------------------
 
 /// Half balls of bright stone on dark soil, the sun straight above.
 struct Balls {
@@ -228,8 +226,7 @@ void test_orthoimage_and_ground_agree(void**) {
   }
 }
 
-// ---- light
-// ---------------------------------------------------------------------------------------------------
+// ---- light ------------------------------------------------------------------------------------------------
 
 /// A shadow falls away from the sun, as long as its height over tan(elevation).
 void test_shadow_falls_away_from_the_sun(void**) {
@@ -252,8 +249,7 @@ void test_shadow_falls_away_from_the_sun(void**) {
   assert_true(level(1.06 * r) > 0.6F * open);
 }
 
-// ---- rocks
-// ---------------------------------------------------------------------------------------------------
+// ---- rocks ------------------------------------------------------------------------------------------------
 
 /// Sizes against Golombek and Rapp: Kolmogorov and Smirnov's test at 1 %, the number against Poisson's, and
 /// the ground covered against F(D) = k exp(-q D) - F(max).
@@ -372,8 +368,7 @@ void test_the_path_is_clear(void**) {
   assert_true(World(scene).rocks().size() > world.rocks().size());
 }
 
-// ---- the same from the same seed
-// ---------------------------------------------------------------------------------
+// ---- the same from the same seed --------------------------------------------------------------------------
 
 void test_same_seed_same_world(void**) {
   Scene scene;

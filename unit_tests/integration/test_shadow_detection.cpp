@@ -53,10 +53,10 @@ void test_whole_field(void**) {
   check_image(folder + "/ortho_10mm_sun2.tif", rocks, "55,250", 0.90);
 }
 
-/// A boulder of the lunar frames, pixels, centres of pixels at integers. The annotation's (u, v) is 256 + s x
-/// - r / 2 and 256 - s y - r / 2 with (x, y) of `boulder_cppi` in metres, s = 2.7741 px/m and r = s times the
-/// size, exactly, in all frames: the first corner of a box of half the size about the boulder. So its place
-/// is (u, v) + r / 2.
+/// A boulder of the lunar frames, pixels, centres of pixels at integers. The annotation's (u, v) is
+///   u = 256 + s x - r / 2,   v = 256 - s y - r / 2
+/// with (x, y) of `boulder_cppi` in metres, s = 2.7741 px/m and r = s times the size, exactly, in all frames:
+/// the first corner of a box of half the size about the boulder. So its place is (u, v) + r / 2.
 struct Annotated {
   Vec2 p_px;
   double radius_px;

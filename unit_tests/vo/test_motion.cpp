@@ -362,8 +362,7 @@ void test_slices_give_the_same_bits(void**) {
   }
 }
 
-// ---- real tracks: a hand-held stereo head before 20 landmarks, poses by motion capture
-// ------------------------
+// ---- real tracks: a hand-held stereo head before 20 landmarks, poses by motion capture --------------------
 
 constexpr int kFrames = 1900;
 constexpr int kLandmarks = 20;
@@ -422,9 +421,9 @@ bool read_starry_night(const std::string& folder, StarryNight& set) {
     if (std::sscanf(line, "%lf,%lf,%lf,%lf,%lf,%lf,%lf", &t, &r[0], &r[1], &r[2], &theta[0], &theta[1],
                     &theta[2]) != 7)
       break;
-    // Axis and angle of C_vk_i, which turns coordinates of the world into those of the vehicle: cos 1 + (1 -
-    // cos) a a^T
-    // - sin a^, the transpose of a rotation by that vector.
+    // Axis and angle of C_vk_i, which turns coordinates of the world into those of the vehicle:
+    //   cos 1 + (1 - cos) a a^T - sin a^
+    // the transpose of a rotation by that vector.
     T_world_vehicle[k] = {quat_exp(theta), r};
   }
   std::fclose(file);
