@@ -46,18 +46,18 @@ TESTING := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools -Iunit_tests -DCAIR
 FSW_SRC      := $(sort $(wildcard fsw/*/*.cpp platform/$(TARGET)/flight/*.cpp))
 PLATFORM_SRC := $(sort $(wildcard $(foreach room,$(TARGET) $(if $(BARE),bare),$(addprefix platform/$(room)/*.,cpp c S))))
 TAPE_SRC     := platform/tape/tape_hal.cpp platform/tape/player.cpp
-TOOL_MAIN    := ground_tools/cairn.cpp
-TOOL_SRC     := $(sort $(filter-out $(TOOL_MAIN),$(wildcard ground_tools/*.cpp ground_tools/*/*.cpp)))
-TOOL_SRC     := $(filter-out ground_tools/checks/%,$(TOOL_SRC))
+TOOL_MAIN    := ground_tools/commands/cairn.cpp
+TOOL_SRC     := $(sort $(filter-out $(TOOL_MAIN) ground_tools/checks/%,$(wildcard ground_tools/*/*.cpp)))
 SUPPORT_SRC  := $(filter-out $(if $(BARE),%/image_file.cpp),$(sort $(wildcard unit_tests/support/*.cpp)))
-TEST_SRC     := $(sort $(wildcard unit_tests/*/test_*.cpp))
+TEST_SRC     := $(sort $(wildcard unit_tests/*/test_*.cpp unit_tests/ground_tools/*/test_*.cpp))
 # Those of ground tools and those that read files are the host's alone.
 HOST_TESTS   := $(foreach room,ground_tools integration opencv,unit_tests/$(room)/%)
 # Missions whose data set only this test needs, and only in their own sizes.
 DATA_MISSIONS := euroc kitti lunar
 DATA_TEST    := unit_tests/integration/test_mission_data.cpp
-NOT_FOR_DATA := cmd_% $(addprefix map/,delta_% diff% geopackage% heights% merge% quicklook% score% uplink% upload_%)
-DATA_TOOLS   := $(filter-out $(TOOL_MAIN) $(NOT_FOR_DATA:%=ground_tools/%),$(wildcard $(addprefix ground_tools/,*.cpp dataset/*.cpp map/*.cpp)))
+NOT_FOR_DATA := ortho/heights% cmap/delta_% cmap/uplink% cmap/upload_%
+DATA_TOOLS   := $(foreach room,base dataset ortho detect cmap,$(wildcard ground_tools/$(room)/*.cpp))
+DATA_TOOLS   := $(filter-out $(NOT_FOR_DATA:%=ground_tools/%),$(DATA_TOOLS))
 
 obj = $(addprefix $(B)/,$(addsuffix .o,$(basename $(1))))
 FSW_LIB      := $(B)/libcairn.a
@@ -304,7 +304,7 @@ $(B)/ground_tools/%.o: ground_tools/%.cpp
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
 # Loops over pixels, for vectors: -O2 of GCC 12 makes none of them.
-$(B)/ground_tools/map/row_kernels.o $(B)/ground_tools/map/raster_source.o $(B)/ground_tools/map/grey_range.o: GROUND += $(if $(SAN),,-O3)
+$(addprefix $(B)/ground_tools/,detect/row_kernels.o ortho/raster_source.o ortho/grey_range.o): GROUND += $(if $(SAN),,-O3)
 $(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
@@ -353,10 +353,11 @@ $(B)/bench_map: $(B)/unit_tests/opencv/bench_map.o $(FSW_LIB) $(PLATFORM_LIB)
 $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
 # The model is tested without QEMU, and the plugin with it.
-$(B)/tests/ground_tools/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
-$(B)/tests/ground_tools/test_profile_plugin: $(PROFILER)
+$(B)/tests/ground_tools/profile/test_profile_model: $(filter-out %/plugin.o,$(call obj,$(wildcard ground_tools/profile/plugin/*.cpp)))
+$(B)/tests/ground_tools/profile/test_profile_plugin: $(PROFILER)
 # These run the program.
-$(addprefix $(B)/tests/ground_tools/,test_cmd_map test_cmd_map_build test_cmd_run test_cmd_tape test_cmd_uplink test_map_forecast test_profile test_report): $(CAIRN)
+$(filter $(B)/tests/ground_tools/commands/%,$(TESTS)): $(CAIRN)
+$(addprefix $(B)/tests/ground_tools/,forecast/test_map_forecast profile/test_profile report/test_report): $(CAIRN)
 $(B)/codec_table: $(B)/ground_tools/checks/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)

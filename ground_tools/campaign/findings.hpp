@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "campaign/statistics.hpp"
+#include "base/statistics.hpp"
 #include "campaign/trial_table.hpp"
 
 namespace cairn::ground {

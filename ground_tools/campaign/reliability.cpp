@@ -7,12 +7,12 @@
 #include <limits>
 #include <sstream>
 
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
+#include "cmap/cmap_file.hpp"
 #include "forecast/unmapped.hpp"
-#include "map/cmap_file.hpp"
-#include "output_file.hpp"
 #include "schedule.hpp"
 #include "sim/hash_random.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

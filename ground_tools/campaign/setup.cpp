@@ -4,11 +4,11 @@
 #include <cmath>
 #include <string>
 
+#include "base/tool_error.hpp"
 #include "core/trig.hpp"
 #include "mission_cfg.hpp"
 #include "sim/hash_random.hpp"
 #include "sim/traverse.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

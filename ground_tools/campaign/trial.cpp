@@ -3,18 +3,18 @@
 #include <chrono>
 #include <cmath>
 
+#include "base/output_file.hpp"
+#include "base/statistics.hpp"
+#include "base/tool_error.hpp"
 #include "campaign/local_maps.hpp"
-#include "campaign/statistics.hpp"
+#include "cmap/cmap_file.hpp"
 #include "core/assert.hpp"
-#include "map/cmap_file.hpp"
-#include "map/map_build.hpp"
-#include "map/raster.hpp"
-#include "map/raster_source.hpp"
-#include "output_file.hpp"
+#include "detect/map_build.hpp"
+#include "ortho/raster.hpp"
+#include "ortho/raster_source.hpp"
 #include "replay/summary.hpp"
 #include "sim/orthoimage.hpp"
 #include "sim/simulated_drive.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
 #include "mission_cfg.hpp"
-#include "output_file.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -16,9 +16,9 @@
 #include <map>
 #include <set>
 
+#include "base/output_file.hpp"
+#include "cmap/cmap_file.hpp"
 #include "core/random.hpp"
-#include "map/cmap_file.hpp"
-#include "output_file.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;

@@ -105,7 +105,7 @@ def self_test():
         ("fsw/localizer/a.cpp", '#include "vo/a.hpp"'): False,
         ("fsw/localizer/b.cpp", '#include "hal/clock.hpp"'): True,
         ("fsw/app/a.cpp", '#include "hal/clock.hpp"'): False,
-        ("fsw/app/b.cpp", '#include "ground_tools/tool_error.hpp"'): True,
+        ("fsw/app/b.cpp", '#include "ground_tools/base/tool_error.hpp"'): True,
         ("fsw/image/a.cpp", "#include <vector>"): True,
         ("fsw/image/b.cpp", "#include <opencv2/core.hpp>"): True,
         ("fsw/image/c.cpp", "#include <gdal_priv.h>"): True,

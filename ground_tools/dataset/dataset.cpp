@@ -5,10 +5,10 @@
 #include <charconv>
 #include <cmath>
 
+#include "base/number_table.hpp"
+#include "base/tool_error.hpp"
 #include "dataset/image.hpp"
-#include "dataset/number_table.hpp"
 #include "dataset/trajectory.hpp"
-#include "tool_error.hpp"
 
 namespace fs = std::filesystem;
 

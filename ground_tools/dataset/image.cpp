@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "quiet_gdal.hpp"
+#include "base/quiet_gdal.hpp"
 
 namespace cairn::ground {
 namespace {

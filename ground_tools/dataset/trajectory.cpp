@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dataset/number_table.hpp"
-#include "tool_error.hpp"
+#include "base/number_table.hpp"
+#include "base/tool_error.hpp"
 
 namespace cairn::ground {
 

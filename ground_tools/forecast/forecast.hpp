@@ -27,10 +27,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/boulder_table.hpp"
 #include "forecast/detection.hpp"
 #include "forecast/sweep.hpp"
 #include "localizer/pose_fusion.hpp"
-#include "map/boulder_table.hpp"
 #include "orbital_map/cmap_format.hpp"
 #include "registration/icp.hpp"
 

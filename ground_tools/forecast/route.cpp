@@ -1,7 +1,7 @@
 #include "forecast/route.hpp"
 
-#include "dataset/number_table.hpp"
-#include "tool_error.hpp"
+#include "base/number_table.hpp"
+#include "base/tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "map/boulder_table.hpp"
+#include "base/boulder_table.hpp"
 
 namespace cairn::ground {
 

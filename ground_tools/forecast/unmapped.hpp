@@ -7,8 +7,8 @@
 
 #include <vector>
 
+#include "base/boulder_table.hpp"
 #include "forecast/detection.hpp"
-#include "map/boulder_table.hpp"
 
 namespace cairn::ground {
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "map/boulder_table.hpp"
+#include "base/boulder_table.hpp"
 
 namespace cairn::ground {
 

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <memory>
 
-#include "map/reference_system.hpp"
-#include "output_file.hpp"
-#include "quiet_gdal.hpp"
-#include "tool_error.hpp"
+#include "base/output_file.hpp"
+#include "base/quiet_gdal.hpp"
+#include "base/tool_error.hpp"
+#include "ortho/reference_system.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "map/boulder_table.hpp"
+#include "base/boulder_table.hpp"
 
 namespace cairn::ground {
 

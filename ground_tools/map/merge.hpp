@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "map/boulder_table.hpp"
+#include "base/boulder_table.hpp"
 
 namespace cairn::ground {
 

@@ -8,12 +8,12 @@
 #include <cmath>
 #include <memory>
 
-#include "map/raster.hpp"
-#include "map/reference_system.hpp"
-#include "output_file.hpp"
+#include "base/output_file.hpp"
+#include "base/quiet_gdal.hpp"
+#include "base/tool_error.hpp"
+#include "ortho/raster.hpp"
+#include "ortho/reference_system.hpp"
 #include "plot/canvas.hpp"
-#include "quiet_gdal.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "map/boulder_table.hpp"
-#include "map/sun.hpp"
+#include "base/boulder_table.hpp"
+#include "ortho/sun.hpp"
 
 namespace cairn::ground {
 

@@ -7,8 +7,8 @@
 
 #include <memory>
 
-#include "quiet_gdal.hpp"
-#include "tool_error.hpp"
+#include "base/quiet_gdal.hpp"
+#include "base/tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -8,9 +8,9 @@
 #include <memory>
 #include <vector>
 
+#include "base/quiet_gdal.hpp"
+#include "base/tool_error.hpp"
 #include "plot/jpeg.hpp"
-#include "quiet_gdal.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

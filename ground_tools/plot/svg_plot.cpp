@@ -6,10 +6,10 @@
 #include <cmath>
 #include <functional>
 
+#include "base/tool_error.hpp"
 #include "plot/axes.hpp"
 #include "plot/ortho_piece.hpp"
 #include "plot/svg.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -3,8 +3,8 @@
 #include <toml++/toml.h>
 #include <algorithm>
 
-#include "output_file.hpp"
-#include "tool_error.hpp"
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

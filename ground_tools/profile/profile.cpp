@@ -5,9 +5,9 @@
 #include <map>
 #include <string_view>
 
-#include "output_file.hpp"
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
 #include "profile/function_name.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

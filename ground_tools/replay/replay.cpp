@@ -4,8 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "base/tool_error.hpp"
 #include "replay/status_names.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

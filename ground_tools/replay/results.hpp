@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "output_file.hpp"
+#include "base/output_file.hpp"
 #include "replay/pictures.hpp"
 #include "replay/summary.hpp"
 

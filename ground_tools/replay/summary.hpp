@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "base/boulder_table.hpp"
 #include "dataset/dataset.hpp"
-#include "map/boulder_table.hpp"
 #include "replay/replay.hpp"
 
 namespace cairn::ground {

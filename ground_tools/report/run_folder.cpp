@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
 #include "dataset/trajectory.hpp"
-#include "output_file.hpp"
 #include "report/text_table.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

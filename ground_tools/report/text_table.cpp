@@ -4,8 +4,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "output_file.hpp"
-#include "tool_error.hpp"
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
 
 namespace cairn::ground {
 namespace {

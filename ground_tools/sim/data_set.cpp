@@ -6,12 +6,12 @@
 #include <mutex>
 #include <string>
 
+#include "base/output_file.hpp"
+#include "base/parallel.hpp"
+#include "base/quiet_gdal.hpp"
+#include "base/tool_error.hpp"
 #include "dataset/trajectory.hpp"
-#include "output_file.hpp"
-#include "quiet_gdal.hpp"
-#include "sim/parallel.hpp"
 #include "sim/simulated_drive.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground::sim {
 namespace {

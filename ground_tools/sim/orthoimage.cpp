@@ -9,10 +9,10 @@
 #include <memory>
 #include <system_error>
 
-#include "quiet_gdal.hpp"
+#include "base/parallel.hpp"
+#include "base/quiet_gdal.hpp"
+#include "base/tool_error.hpp"
 #include "sim/hash_random.hpp"
-#include "sim/parallel.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground::sim {
 namespace {

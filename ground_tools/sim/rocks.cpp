@@ -5,8 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "sim/hash_random.hpp"
-#include "sim/parallel.hpp"
 
 namespace cairn::ground::sim {
 namespace {

@@ -8,11 +8,11 @@
 #include <map>
 #include <string_view>
 
+#include "base/number_table.hpp"
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
 #include "core/trig.hpp"
-#include "dataset/number_table.hpp"
-#include "output_file.hpp"
 #include "sim/traverse.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground::sim {
 namespace {

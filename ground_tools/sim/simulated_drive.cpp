@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
+#include "base/parallel.hpp"
+#include "base/tool_error.hpp"
 #include "mission_cfg.hpp"
-#include "sim/parallel.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground::sim {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "sim/lattice_noise.hpp"
-#include "sim/parallel.hpp"
 
 namespace cairn::ground::sim {
 namespace {

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <functional>
 
-#include "sim/parallel.hpp"
+#include "base/parallel.hpp"
+#include "base/tool_error.hpp"
 #include "sim/texture.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::ground::sim {
 namespace {

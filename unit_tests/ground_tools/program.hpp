@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/output_file.hpp"
 #include "ground_tools/scratch.hpp"
-#include "output_file.hpp"
 #include "support/cmocka.hpp"
 
 namespace cairn::test {
@@ -19,10 +19,10 @@ struct Ended {
   std::string errors;  ///< what it wrote on stderr
 };
 
-/// `cairn ARGUMENTS`, after `before` in the same shell. The program lies two folders above the test.
+/// `cairn ARGUMENTS`, after `before` in the same shell. The program lies three folders above the test.
 inline Ended run_cairn(const Scratch& scratch, const std::string& arguments, const std::string& before = "") {
   namespace fs = std::filesystem;
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "../../cairn";
+  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path() / "../../../cairn";
   const std::string command = before + "'" + program.string() + "' " + arguments + " >'" +
                               scratch.path("stdout").string() + "' 2>'" + scratch.path("stderr").string() +
                               "'";

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <string>
 
+#include "base/tool_error.hpp"
 #include "support/cmocka.hpp"
-#include "tool_error.hpp"
 
 namespace cairn::test {
 

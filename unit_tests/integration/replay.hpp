@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "cmap/cmap_file.hpp"
 #include "dataset/dataset.hpp"
 #include "dataset/image.hpp"
 #include "localizer/localizer.hpp"
-#include "map/cmap_file.hpp"
 #include "support/cmocka.hpp"
 
 namespace cairn::test {

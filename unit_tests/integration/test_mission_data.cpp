@@ -2,8 +2,8 @@
 // made for (make MISSION=kitti build/host-kitti/tests/integration/test_mission_data).
 #include <cstring>
 
+#include "detect/map_build.hpp"
 #include "integration/replay.hpp"
-#include "map/map_build.hpp"
 #include "support/data.hpp"
 
 using namespace cairn;

@@ -1,6 +1,6 @@
 // The paper's orbital detector on rendered orthoimages, against the true rocks: the figures that the project
 // promises, all at the default parameters.
-#include "map/map_build.hpp"
+#include "detect/map_build.hpp"
 #include "map/score.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"

@@ -6,10 +6,10 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "detect/detector.hpp"
+#include "detect/shadow_detector.hpp"
 #include "ground_tools/scratch.hpp"
-#include "map/detector.hpp"
 #include "map/score.hpp"
-#include "map/shadow_detector.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
 

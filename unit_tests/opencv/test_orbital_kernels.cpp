@@ -4,10 +4,10 @@
 #include <tuple>
 
 #include "core/random.hpp"
-#include "map/kernels.hpp"
-#include "map/raster.hpp"
-#include "map/tile_grid.hpp"
-#include "map/whole_image.hpp"
+#include "detect/kernels.hpp"
+#include "detect/tile_grid.hpp"
+#include "detect/whole_image.hpp"
+#include "ortho/raster.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
 

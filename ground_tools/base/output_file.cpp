@@ -1,0 +1,118 @@
+#include "base/output_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "base/tool_error.hpp"
+
+namespace cairn::ground {
+
+OutputFile::OutputFile(const std::filesystem::path& path)
+    : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())) {
+  file_ = std::fopen(part_.c_str(), "wb");
+  if (file_ == nullptr) {
+    throw ToolError("{}: cannot write here ({}); choose a folder that exists and is writable", path_.string(),
+                    std::strerror(errno));
+  }
+}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr) std::fclose(file_);
+  std::error_code ignored;
+  std::filesystem::remove(part_, ignored);  // already renamed after commit: nothing to remove
+}
+
+void OutputFile::write(std::string_view text) { write_bytes(text.data(), text.size()); }
+
+void OutputFile::write(const std::vector<std::uint8_t>& bytes) { write_bytes(bytes.data(), bytes.size()); }
+
+void OutputFile::write_bytes(const void* data, std::size_t size) {
+  if (size != 0 && std::fwrite(data, 1, size, file_) != size) {
+    throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(),
+                    std::strerror(errno));
+  }
+}
+
+void OutputFile::commit() {
+  const bool flushed = std::fflush(file_) == 0 && ::fsync(fileno(file_)) == 0;
+  const int error = errno;
+  const bool closed = std::fclose(file_) == 0;
+  file_ = nullptr;
+  if (!flushed || !closed) {
+    throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(),
+                    std::strerror(error));
+  }
+  std::error_code failed;
+  std::filesystem::rename(part_, path_, failed);
+  if (failed) throw ToolError("{}: cannot rename the finished file ({})", path_.string(), failed.message());
+}
+
+OutputByName::OutputByName(const std::filesystem::path& path)
+    : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())) {
+  std::error_code failed;
+  if (std::filesystem::is_directory(path_)) failed = std::make_error_code(std::errc::is_a_directory);
+  if (!failed) std::filesystem::create_directory(part_, failed);
+  if (failed) {
+    throw ToolError("{}: cannot write here ({}); choose a folder that exists and is writable", path_.string(),
+                    failed.message());
+  }
+}
+
+OutputByName::~OutputByName() {
+  std::error_code ignored;
+  std::filesystem::remove_all(part_, ignored);
+}
+
+void OutputByName::commit(const std::vector<std::string>& suffixes) {
+  std::vector<std::string> names;
+  for (const std::string& suffix : suffixes) names.push_back(path_.filename().string() + suffix);
+  names.push_back(path_.filename().string());
+  for (const std::string& name : names) {
+    const int file = ::open((part_ / name).c_str(), O_RDONLY);
+    const bool on_disk = file >= 0 && ::fsync(file) == 0;
+    const int error = errno;
+    if (file >= 0) ::close(file);
+    if (!on_disk) {
+      throw ToolError("{}: writing failed ({}); free some disk space and run again", path_.string(),
+                      std::strerror(error));
+    }
+  }
+  for (const std::string& name : names) {
+    std::error_code failed;
+    std::filesystem::rename(part_ / name, path_.parent_path() / name, failed);
+    if (failed) throw ToolError("{}: cannot rename the finished file ({})", path_.string(), failed.message());
+  }
+}
+
+void write_file(const std::filesystem::path& path, std::string_view text) {
+  OutputFile file(path);
+  file.write(text);
+  file.commit();
+}
+
+std::vector<std::uint8_t> read_file(const std::filesystem::path& path) {
+  std::FILE* file = std::fopen(path.c_str(), "rb");
+  if (file == nullptr)
+    throw ToolError("{}: cannot be read ({}); check the name", path.string(), std::strerror(errno));
+  std::vector<std::uint8_t> bytes;
+  std::uint8_t block[65536];
+  std::size_t got = 0;
+  while ((got = std::fread(block, 1, sizeof block, file)) > 0) bytes.insert(bytes.end(), block, block + got);
+  const bool failed = std::ferror(file) != 0;
+  std::fclose(file);
+  if (failed) throw ToolError("{}: cannot be read ({}); is it a file?", path.string(), std::strerror(EIO));
+  return bytes;
+}
+
+void make_folder(const std::filesystem::path& path) {
+  std::error_code failed;
+  std::filesystem::create_directories(path, failed);
+  if (failed || !std::filesystem::is_directory(path)) {
+    throw ToolError("{}: cannot make this folder ({}); choose another", path.string(), failed.message());
+  }
+}
+
+}  // namespace cairn::ground

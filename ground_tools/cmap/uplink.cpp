@@ -1,0 +1,420 @@
+#include "cmap/uplink.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/number_table.hpp"
+#include "base/tool_error.hpp"
+
+namespace cairn::ground {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr double kMicrometresPerMetre = 1e6;
+constexpr double kPieceOfWay_m = 1.0;  ///< reach is taken as constant on it
+constexpr double kBouldersPerTile = 100.0;
+constexpr std::uint32_t kLeastTileSide = 64;  // cells
+
+/// A boulder within reach of the path.
+struct Reached {
+  const TableBoulder* boulder = nullptr;
+  double way_m = 0.0;
+  double first_s_m = 0.0;
+  std::uint32_t tile = 0;
+};
+
+/// Way on the segment from `a` to `b` that lies within `radius_m` of `p`: [from, to] as shares, or nothing.
+bool within_reach(const Vec2& p, const Vec2& a, const Vec2& b, double radius_m, double& from, double& to) {
+  const Vec2 along = b - a;
+  const double length = along.norm();
+  const double foot = (p - a).dot(along) / length;
+  const double off = std::fabs((p.x() - a.x()) * along.y() - (p.y() - a.y()) * along.x()) / length;
+  if (off > radius_m) return false;
+  const double half_chord = std::sqrt(radius_m * radius_m - off * off);
+  from = std::max(0.0, (foot - half_chord) / length);
+  to = std::min(1.0, (foot + half_chord) / length);
+  return from < to;
+}
+
+/// Calls `piece(a, b, s, reach)` for each piece of the way.
+template <typename Piece>
+void along_path(const PlannedPath& path, const UplinkParams& params, const Piece& piece) {
+  for (std::size_t i = 1; i < path.p_map_m.size(); ++i) {
+    const double length_m = path.s_m[i] - path.s_m[i - 1];
+    const int pieces = std::max(1, static_cast<int>(std::ceil(length_m / kPieceOfWay_m)));
+    const Vec2 step = (path.p_map_m[i] - path.p_map_m[i - 1]) / pieces;
+    for (int n = 0; n < pieces; ++n) {
+      const Vec2 a = path.p_map_m[i - 1] + n * step;
+      const double s_m = path.s_m[i - 1] + length_m * n / pieces;
+      piece(a, Vec2(a + step), s_m, reach_m(params, s_m + 0.5 * length_m / pieces));
+    }
+  }
+}
+
+std::vector<Reached> boulders_within_reach(const std::vector<TableBoulder>& boulders, const PlannedPath& path,
+                                           const UplinkParams& params) {
+  std::vector<Reached> by_x;
+  by_x.reserve(boulders.size());
+  for (const TableBoulder& b : boulders) by_x.push_back({&b, 0.0, 0.0, 0});
+  const auto x = [](const Reached& r) { return r.boulder->p_map_m.x(); };
+  std::stable_sort(by_x.begin(), by_x.end(), [&](const Reached& a, const Reached& b) { return x(a) < x(b); });
+  along_path(path, params, [&](const Vec2& a, const Vec2& b, double s_m, double radius_m) {
+    const double low = std::min(a.x(), b.x()) - radius_m;
+    const double high = std::max(a.x(), b.x()) + radius_m;
+    auto r = std::lower_bound(by_x.begin(), by_x.end(), low,
+                              [&](const Reached& item, double value) { return x(item) < value; });
+    for (; r != by_x.end() && x(*r) <= high; ++r) {
+      double from = 0.0;
+      double to = 0.0;
+      if (!within_reach(r->boulder->p_map_m, a, b, radius_m, from, to)) continue;
+      const double length_m = (b - a).norm();
+      if (r->way_m == 0.0) r->first_s_m = s_m + from * length_m;
+      r->way_m += (to - from) * length_m;
+    }
+  });
+  by_x.erase(std::remove_if(by_x.begin(), by_x.end(), [](const Reached& r) { return r.way_m == 0.0; }),
+             by_x.end());
+  return by_x;
+}
+
+/// The corridor's box, cut to the mapped ground.
+MapExtent box_of(const PlannedPath& path, const UplinkParams& params, const MapExtent& mapped) {
+  MapExtent box{mapped.max_x_m, mapped.max_y_m, mapped.min_x_m, mapped.min_y_m};
+  along_path(path, params, [&](const Vec2& a, const Vec2& b, double, double radius_m) {
+    for (const Vec2& p : {a, b}) {
+      box.min_x_m = std::min(box.min_x_m, p.x() - radius_m);
+      box.min_y_m = std::min(box.min_y_m, p.y() - radius_m);
+      box.max_x_m = std::max(box.max_x_m, p.x() + radius_m);
+      box.max_y_m = std::max(box.max_y_m, p.y() + radius_m);
+    }
+  });
+  return {std::max(box.min_x_m, mapped.min_x_m), std::max(box.min_y_m, mapped.min_y_m),
+          std::min(box.max_x_m, mapped.max_x_m), std::min(box.max_y_m, mapped.max_y_m)};
+}
+
+std::uint32_t suitable_side(const CmapContent& map, const UplinkParams& params, std::size_t boulders,
+                            double corridor_m2) {
+  const double tile_m = params.tile_m > 0.0
+                            ? params.tile_m
+                            : std::sqrt(kBouldersPerTile * corridor_m2 / static_cast<double>(boulders));
+  const double side = std::round(tile_m / map.quantum_m);
+  return static_cast<std::uint32_t>(
+      std::clamp(side, static_cast<double>(kLeastTileSide), static_cast<double>(cmap::kMaxTileSide)));
+}
+
+/// Whole tiles of a grid through (`origin`, `side`) that cover [low, high]: the first one and their number.
+struct Span {
+  double first = 0.0;
+  std::uint32_t tiles = 1;
+};
+Span tiles_over(double low_m, double high_m, double origin_m, double tile_m) {
+  const double first = std::floor((low_m - origin_m) / tile_m);
+  const double last = std::floor((high_m - origin_m) / tile_m);
+  if (last - first >= cmap::kMaxTiles)
+    throw ToolError("--tile: {} m are too small for this corridor; give more", tile_m);
+  return {first, static_cast<std::uint32_t>(last - first) + 1U};
+}
+
+/// The grid of the cut: tiles of `side` cells on the lattice of `lattice`, over the box.
+CmapLayout grid_over(const CmapLayout& lattice, std::uint32_t side, const MapExtent& box) {
+  const double tile_m = side * (lattice.quantum_um / kMicrometresPerMetre);
+  const Span columns = tiles_over(box.min_x_m, box.max_x_m, lattice.origin_x_m, tile_m);
+  const Span rows = tiles_over(box.min_y_m, box.max_y_m, lattice.origin_y_m, tile_m);
+  if (std::uint64_t{columns.tiles} * rows.tiles > cmap::kMaxTiles)
+    throw ToolError("--tile: {} m make {} x {} tiles, more than a map may have ({}); give more", tile_m,
+                    columns.tiles, rows.tiles, cmap::kMaxTiles);
+  CmapLayout layout = lattice;
+  layout.origin_x_m += columns.first * tile_m;
+  layout.origin_y_m += rows.first * tile_m;
+  layout.tile_side = side;
+  layout.extent_x = columns.tiles * side;
+  layout.extent_y = rows.tiles * side;
+  return layout;
+}
+
+std::uint32_t tile_of(const CmapLayout& layout, const Vec2& p_map_m) {
+  const double quantum_m = layout.quantum_um / kMicrometresPerMetre;
+  const auto x = static_cast<std::uint32_t>(std::lround((p_map_m.x() - layout.origin_x_m) / quantum_m));
+  const auto y = static_cast<std::uint32_t>(std::lround((p_map_m.y() - layout.origin_y_m) / quantum_m));
+  return y / layout.tile_side * layout.columns() + x / layout.tile_side;
+}
+
+/// What is cut, and how it is encoded.
+struct Job {
+  const CmapContent& map;
+  const UplinkParams& params;
+  const std::optional<BaseMap>& base;
+  CmapLayout layout;
+  GridShift shift;
+  CmapSource source;
+  std::vector<Reached> reached;
+
+  /// The map of the boulders in the tiles that `keeps` names, in the tables of the base or of the map.
+  Bytes encode(const AttributeTables& tables, const std::vector<bool>& keeps) const {
+    std::vector<TableBoulder> boulders;
+    for (const Reached& r : reached) {
+      if (keeps[r.tile]) boulders.push_back(*r.boulder);
+    }
+    CmapLayout like = layout;
+    like.tables = tables;
+    CmapOptions options;
+    options.like = &like;
+    return encode_cmap(boulders, {}, map.quantum_m, source, options);
+  }
+};
+
+std::vector<RankedTile> rank(const Job& job, double length_m) {
+  std::vector<RankedTile> all(std::size_t{job.layout.columns()} * job.layout.rows());
+  for (std::size_t t = 0; t < all.size(); ++t) all[t].tile = static_cast<std::uint32_t>(t);
+  for (const Reached& r : job.reached) {
+    RankedTile& tile = all[r.tile];
+    tile.first_s_m = tile.boulders == 0 ? r.first_s_m : std::min(tile.first_s_m, r.first_s_m);
+    ++tile.boulders;
+    tile.way_m += r.way_m;
+  }
+  for (const TilePiece& piece :
+       pieces_of(job.encode(job.map.layout.tables, std::vector<bool>(all.size(), true))))
+    all[piece.tile].bytes = piece.bytes;
+  for (RankedTile& tile : all) {
+    if (tile.bytes > 0)
+      tile.use_per_byte = tile.way_m / (1.0 + tile.first_s_m / length_m) / static_cast<double>(tile.bytes);
+  }
+  all.erase(std::remove_if(all.begin(), all.end(), [](const RankedTile& t) { return t.boulders == 0; }),
+            all.end());
+  std::stable_sort(all.begin(), all.end(),
+                   [](const RankedTile& a, const RankedTile& b) { return a.use_per_byte > b.use_per_byte; });
+  return all;
+}
+
+/// The upload of the best `count` tiles: whole or as a delta, what is smaller.
+void make_cut(const Job& job, std::size_t count, Cut& cut) {
+  std::vector<bool> keeps(std::size_t{job.layout.columns()} * job.layout.rows());
+  for (std::size_t i = 0; i < cut.tiles.size(); ++i) {
+    cut.tiles[i].kept = i < count;
+    if (i < count) keeps[cut.tiles[i].tile] = true;
+  }
+  cut.map = job.encode(job.map.layout.tables, keeps);
+  cut.whole_bytes = cut.map.size();
+  cut.is_delta = false;
+  if (job.base) {
+    Bytes like_base = job.encode(layout_of(job.base->bytes, job.base->name).tables, keeps);
+    MapDelta delta = encode_delta(job.base->bytes, like_base, job.shift);
+    cut.delta_bytes = delta.bytes.size();
+    if (cut.delta_bytes < cut.whole_bytes) {
+      cut.is_delta = true;
+      cut.tiles_of_base = delta.tiles_kept;
+      cut.map = std::move(like_base);
+      cut.upload = make_upload(UploadKind::kDelta, std::move(delta.bytes), std::move(delta.pieces),
+                               job.params.chunk_bytes);
+      return;
+    }
+  }
+  cut.tiles_of_base = 0;
+  cut.upload = make_upload(UploadKind::kMap, cut.map, pieces_of(cut.map), job.params.chunk_bytes);
+}
+
+/// As many of the best tiles as the budget has room for.
+void fit_budget(const Job& job, Cut& cut) {
+  std::size_t fits = 0;
+  std::size_t too_many = cut.tiles.size() + 1;
+  std::size_t least_bytes = 0;
+  while (too_many - fits > 1) {
+    const std::size_t count = fits + (too_many - fits) / 2;
+    make_cut(job, count, cut);
+    const std::size_t bytes = link_bytes(cut.upload.plan);
+    if (count == 1) least_bytes = bytes;
+    (bytes <= job.params.budget_bytes ? fits : too_many) = count;
+  }
+  if (fits == 0) {
+    throw ToolError("--budget: {} bytes have no room for one tile; {} is the least for this corridor",
+                    job.params.budget_bytes, least_bytes);
+  }
+  make_cut(job, fits, cut);
+}
+
+void check(const UplinkParams& params) {
+  const auto within = [](const char* option, double value, double least, double most) {
+    if (!(value >= least && value <= most))
+      throw ToolError("{}: {} is out of range; give {} to {}", option, value, least, most);
+  };
+  within("--width", params.half_width_m, 0.1, 10000.0);
+  within("--drift", 100.0 * params.drift, 0.0, 100.0);
+  within("--fix-every", params.fix_every_m, 0.0, 1e6);
+  if (params.tile_m != 0.0) within("--tile", params.tile_m, 0.1, 1e6);
+}
+
+void check(const PlannedPath& path, const MapExtent& mapped, const std::string& name) {
+  for (std::size_t i = 0; i < path.p_map_m.size(); ++i) {
+    const Vec2& p = path.p_map_m[i];
+    if (mapped.contains(p)) continue;
+    throw ToolError(
+        "way-point {} at ({:.3f}, {:.3f}) lies outside {}, which reaches from ({:.3f}, {:.3f}) to ({:.3f}, "
+        "{:.3f}); move it, or build a larger map",
+        i + 1, p.x(), p.y(), name, mapped.min_x_m, mapped.min_y_m, mapped.max_x_m, mapped.max_y_m);
+  }
+}
+
+/// The base's grid must be one that the map's cells fall on: else no tile would come out the same.
+void check_base(const CmapContent& map, const std::string& name, const BaseMap& base) {
+  const CmapContent old = decode_cmap(base.bytes, base.name);
+  const auto refuse = [&](const std::string& why) {
+    throw ToolError("{}: {} than {}; leave out --base, or build both alike", base.name, why, name);
+  };
+  if (old.reference_system != map.reference_system) {
+    refuse(fmt::format("has another reference system ({})", old.reference_system));
+  }
+  if (old.layout.quantum_um != map.layout.quantum_um)
+    refuse(fmt::format("has another position step ({} m)", old.quantum_m));
+  CmapLayout cell = map.layout;
+  CmapLayout base_cell = old.layout;
+  cell.tile_side = base_cell.tile_side = 1;
+  const double quantum_m = map.quantum_m;
+  for (const double off : {(cell.origin_x_m - base_cell.origin_x_m) / quantum_m,
+                           (cell.origin_y_m - base_cell.origin_y_m) / quantum_m}) {
+    if (std::fabs(off - std::round(off)) > 1e-3)
+      refuse("has another grid (origins are not whole steps apart)");
+  }
+}
+
+double corridor_area_m2(const PlannedPath& path, const UplinkParams& params) {
+  double area_m2 = 3.1416 * params.half_width_m * params.half_width_m;
+  along_path(path, params, [&](const Vec2& a, const Vec2& b, double, double radius_m) {
+    area_m2 += 2.0 * radius_m * (b - a).norm();
+  });
+  return area_m2;
+}
+
+}  // namespace
+
+PlannedPath path_of(const std::vector<Vec2>& p_map_m) {
+  PlannedPath path;
+  for (const Vec2& p : p_map_m) {
+    const double step_m = path.p_map_m.empty() ? 0.0 : (p - path.p_map_m.back()).norm();
+    if (!path.p_map_m.empty() && step_m == 0.0) continue;
+    path.s_m.push_back(path.length_m() + step_m);
+    path.p_map_m.push_back(p);
+  }
+  return path;
+}
+
+PlannedPath read_path(const std::filesystem::path& file) {
+  const CsvTable table(file);
+  const auto column = [&](const char* name, const char* in_metres) {
+    try {
+      return table.column(in_metres);
+    } catch (const ToolError&) {
+      return table.column(name);
+    }
+  };
+  const std::size_t x = column("x", "x_m");
+  const std::size_t y = column("y", "y_m");
+  std::vector<Vec2> points;
+  for (const NumberRow& row : table.rows()) points.emplace_back(row.values[x], row.values[y]);
+  PlannedPath path = path_of(points);
+  if (path.p_map_m.size() < 2)
+    throw ToolError("{}: has {} way-points; give two or more that differ", file.string(),
+                    path.p_map_m.size());
+  return path;
+}
+
+double reach_m(const UplinkParams& params, double s_m) {
+  const double since_fix_m = params.fix_every_m > 0.0 ? std::fmod(s_m, params.fix_every_m) : s_m;
+  return params.half_width_m + params.drift * since_fix_m;
+}
+
+Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedPath& path,
+                 const UplinkParams& params, const std::optional<BaseMap>& base) {
+  check(params);
+  const CmapContent map = decode_cmap(map_bytes, name);
+  check(path, map.extent, name);
+  if (base) check_base(map, name, *base);
+
+  Cut cut;
+  cut.length_m = path.length_m();
+  cut.box = box_of(path, params, map.extent);
+  cut.map_boulders = map.boulders.size();
+  cut.map_bytes = map_bytes.size();
+  Job job{map, params, base, {}, {}, {}, boulders_within_reach(map.boulders, path, params)};
+  cut.corridor_boulders = job.reached.size();
+  if (job.reached.empty()) {
+    throw ToolError("{}: has no boulder within {:.1f} m of the path; give a larger --width, or another path",
+                    name, params.half_width_m);
+  }
+  CmapLayout lattice = map.layout;
+  std::uint32_t side = suitable_side(map, params, job.reached.size(), corridor_area_m2(path, params));
+  if (base) {
+    lattice = layout_of(base->bytes, base->name);
+    side = lattice.tile_side;
+  }
+  job.layout = grid_over(lattice, side, cut.box);
+  if (base && !find_shift(lattice, job.layout, job.shift)) {
+    throw ToolError("{}: lies too far from the path; leave out --base", base->name);
+  }
+  job.source = {
+      map.method,
+      map.pixel_m,
+      fmt::format("corridor of map {:08x}: half_width_m={} drift={} fix_every_m={} length_m={}", map.head_crc,
+                  params.half_width_m, params.drift, params.fix_every_m, cut.length_m),
+      map.reference_system,
+      map.site,
+      map.epoch_s,
+      map.revision};
+  for (Reached& r : job.reached) r.tile = tile_of(job.layout, r.boulder->p_map_m);
+  cut.layout = job.layout;
+  cut.tiles = rank(job, std::max(cut.length_m, 1e-9));
+  cut.rank_of_tile.assign(std::size_t{job.layout.columns()} * job.layout.rows(), cut.tiles.size());
+  for (std::size_t i = 0; i < cut.tiles.size(); ++i) cut.rank_of_tile[cut.tiles[i].tile] = i;
+  if (params.budget_bytes > 0) {
+    fit_budget(job, cut);
+  } else {
+    make_cut(job, cut.tiles.size(), cut);
+  }
+  cut.boulders = decode_cmap(cut.map, "cut").boulders.size();
+  return cut;
+}
+
+std::string to_json(const Cut& cut, const UplinkParams& params) {
+  using nlohmann::ordered_json;
+  const auto box = [](const MapExtent& e) {
+    return ordered_json{
+        {"min_x_m", e.min_x_m}, {"min_y_m", e.min_y_m}, {"max_x_m", e.max_x_m}, {"max_y_m", e.max_y_m}};
+  };
+  ordered_json j;
+  j["path_m"] = cut.length_m;
+  j["corridor"] = {{"half_width_m", params.half_width_m},
+                   {"half_width_at_end_m", reach_m(params, cut.length_m)},
+                   {"drift_percent", 100.0 * params.drift},
+                   {"fix_every_m", params.fix_every_m},
+                   {"box", box(cut.box)}};
+  j["boulders"] = {{"map", cut.map_boulders}, {"corridor", cut.corridor_boulders}, {"sent", cut.boulders}};
+  std::size_t kept = 0;
+  for (const RankedTile& tile : cut.tiles) kept += tile.kept ? 1U : 0U;
+  j["tiles"] = {{"columns", cut.layout.columns()},
+                {"rows", cut.layout.rows()},
+                {"side_m", cut.layout.tile_side * cut.layout.quantum_um / kMicrometresPerMetre},
+                {"with_boulders", cut.tiles.size()},
+                {"kept", kept},
+                {"of_base", cut.tiles_of_base}};
+  j["bytes"] = {{"map", cut.map_bytes}, {"whole", cut.whole_bytes}};
+  if (cut.delta_bytes > 0) j["bytes"]["delta"] = cut.delta_bytes;
+  j["bytes"]["upload"] = cut.upload.bytes.size();
+  j["bytes"]["link"] = link_bytes(cut.upload.plan);
+  j["upload"] = {{"kind", cut.is_delta ? "delta" : "map"},
+                 {"id", fmt::format("{:08x}", cut.upload.plan.id)},
+                 {"chunk_bytes", cut.upload.plan.chunk_bytes},
+                 {"chunks", chunks_of(cut.upload.plan)}};
+  for (const RankedTile& tile : cut.tiles) {
+    j["ranked"].push_back({{"tile", tile.tile},
+                           {"boulders", tile.boulders},
+                           {"bytes", tile.bytes},
+                           {"first_s_m", tile.first_s_m},
+                           {"use_per_byte", tile.use_per_byte},
+                           {"kept", tile.kept}});
+  }
+  return j.dump(2) + "\n";
+}
+
+}  // namespace cairn::ground

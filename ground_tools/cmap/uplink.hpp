@@ -1,0 +1,93 @@
+/// Cuts from a map what the next drive needs, and makes an upload of it.
+///
+/// The corridor is all ground within reach of the planned path. Reach grows along the path with the drift
+/// that has gathered since the last fix that is expected:
+///   reach(s) = half_width + drift * (s - s of the last expected fix)
+/// half_width is what the rig sees to its side, and what registration may correct. Boulders outside are left
+/// out; those inside are kept by tiles. The use of a tile is the sum over its boulders of the way on which
+/// each is within reach, halved from the path's start to its end (1 / (1 + s / length), s where the tile
+/// comes within reach), since far ground can be sent later. Where there is a budget, tiles of the most use a
+/// byte are kept. The grid covers the corridor's box in whole tiles, and lies on that of the map that is cut,
+/// or of the base, so that later cuts share tiles with this one.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/telecommand.hpp"
+#include "cmap/cmap_file.hpp"
+#include "cmap/upload_packets.hpp"
+#include "mission_cfg.hpp"
+
+namespace cairn::ground {
+
+struct UplinkParams {
+  double half_width_m = cfg::kMission.boulder_max_range_m + cfg::kMission.icp_max_correction_m;
+  double drift = cfg::kMission.drift_scale;  ///< share of the way
+  double fix_every_m = 0.0;                  ///< way between fixes that are expected; 0: none is
+  std::size_t budget_bytes = 0;              ///< on the link, packets and all; 0: no limit
+  std::size_t chunk_bytes = app::kMaxChunkDataBytes;
+  double tile_m = 0.0;  ///< 0: as the corridor's density suggests; that of the base where there is one
+};
+
+/// Way-points in frame `map`, at least two, in order.
+struct PlannedPath {
+  std::vector<Vec2> p_map_m;
+  std::vector<double> s_m;  ///< way to each
+  double length_m() const { return s_m.empty() ? 0.0 : s_m.back(); }
+};
+
+/// From a CSV table with columns x and y (or x_m, y_m). Throws ToolError: cannot be read, not numbers, fewer
+/// than two different points.
+PlannedPath read_path(const std::filesystem::path& path);
+PlannedPath path_of(const std::vector<Vec2>& p_map_m);
+
+double reach_m(const UplinkParams& params, double s_m);
+
+/// The map in use, and its name for messages.
+struct BaseMap {
+  std::vector<std::uint8_t> bytes;
+  std::string name;
+};
+
+/// A tile of the cut's grid with boulders in the corridor.
+struct RankedTile {
+  std::uint32_t tile = 0;
+  std::size_t boulders = 0;
+  std::size_t bytes = 0;    ///< of its payload
+  double way_m = 0.0;       ///< sum over its boulders of the way within reach
+  double first_s_m = 0.0;   ///< way after which the first of them comes within reach
+  double use_per_byte = 0;  ///< m
+  bool kept = false;
+};
+
+struct Cut {
+  std::vector<std::uint8_t> map;  ///< that will be in use
+  Upload upload;                  ///< of it: whole, or a delta
+  bool is_delta = false;
+  std::size_t whole_bytes = 0;  ///< of the map sent whole
+  std::size_t delta_bytes = 0;  ///< of a delta to the base; 0 without base
+  std::size_t tiles_of_base = 0;
+  std::vector<RankedTile> tiles;  ///< best first; those kept come first
+  std::vector<std::size_t> rank_of_tile;
+  CmapLayout layout;
+  std::size_t boulders = 0;           ///< sent
+  std::size_t corridor_boulders = 0;  ///< within reach
+  std::size_t map_boulders = 0;       ///< of the map that was cut
+  std::size_t map_bytes = 0;          ///< of the map that was cut
+  double length_m = 0.0;
+  MapExtent box;  ///< of the corridor
+};
+
+/// Throws ToolError: a parameter out of its range, a way-point outside the map, no boulder within reach, a
+/// budget too small for one tile, a base of another grid or reference system, more tiles than a map may have.
+Cut cut_corridor(const std::vector<std::uint8_t>& map, const std::string& name, const PlannedPath& path,
+                 const UplinkParams& params, const std::optional<BaseMap>& base);
+
+/// What was cut, as JSON text.
+std::string to_json(const Cut& cut, const UplinkParams& params);
+
+}  // namespace cairn::ground

@@ -1,0 +1,134 @@
+#include "cmap/upload_packets.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <iterator>
+#include <limits>
+#include <numeric>
+
+#include "app/telecommand.hpp"
+#include "base/tool_error.hpp"
+#include "core/big_endian.hpp"
+#include "core/crc32.hpp"
+#include "mission_cfg.hpp"
+
+namespace cairn::ground {
+namespace {
+
+constexpr std::size_t kBeginBytes = 23;
+constexpr std::size_t kUseBytes = 16;
+constexpr std::size_t kPacketBytes = 12;  // of a packet beside its body
+
+PacketBytes packet_of(const app::Command& command) {
+  app::Packet packet;
+  app::encode(command, packet);
+  return {packet.begin(), packet.end()};
+}
+
+app::Command command_of(app::CommandType type, const Upload& upload, std::uint32_t sequence) {
+  app::Command command;
+  command.type = type;
+  command.sequence = sequence;
+  command.upload = upload.plan;
+  return command;
+}
+
+}  // namespace
+
+std::uint32_t chunks_of(const UploadPlan& plan) {
+  return (plan.bytes + plan.chunk_bytes - 1U) / plan.chunk_bytes;
+}
+
+Upload make_upload(UploadKind kind, std::vector<std::uint8_t> bytes, std::vector<TilePiece> pieces,
+                   std::size_t chunk_bytes) {
+  if (chunk_bytes < chunk::kMinDataBytes || chunk_bytes > app::kMaxChunkDataBytes) {
+    throw ToolError("--chunk: {} bytes are out of range; give {} to {}", chunk_bytes, chunk::kMinDataBytes,
+                    app::kMaxChunkDataBytes);
+  }
+  Upload upload;
+  upload.plan.kind = static_cast<std::uint8_t>(kind);
+  upload.plan.id = crc32(bytes.data(), bytes.size());
+  upload.plan.bytes = static_cast<std::uint32_t>(bytes.size());
+  upload.plan.chunk_bytes = static_cast<std::uint16_t>(chunk_bytes);
+  upload.bytes = std::move(bytes);
+  upload.pieces = std::move(pieces);
+  if (chunks_of(upload.plan) > cfg::kMaxMapChunks) {
+    throw ToolError(
+        "the upload would be {} bytes in {} chunks, more than the flight module takes ({}); give larger "
+        "chunks by --chunk, a narrower corridor or a --budget",
+        upload.bytes.size(), chunks_of(upload.plan), cfg::kMaxMapChunks);
+  }
+  return upload;
+}
+
+std::size_t link_bytes(const UploadPlan& plan) {
+  return plan.bytes + chunks_of(plan) * (chunk::kOverheadBytes + kPacketBytes) + kBeginBytes + kUseBytes;
+}
+
+std::vector<std::uint32_t> send_order(const Upload& upload, const std::vector<std::size_t>& rank_of_tile) {
+  const std::size_t chunk = upload.plan.chunk_bytes;
+  // Whatever is no payload is needed before any of them.
+  std::vector<std::size_t> rank(chunks_of(upload.plan), std::numeric_limits<std::size_t>::max());
+  std::size_t head_end = upload.bytes.size();
+  for (const TilePiece& piece : upload.pieces) {
+    if (piece.bytes == 0) continue;
+    head_end = std::min(head_end, piece.offset);
+    for (std::size_t n = piece.offset / chunk; n <= (piece.offset + piece.bytes - 1) / chunk; ++n)
+      rank[n] = std::min(rank[n], rank_of_tile.at(piece.tile) + 1);
+  }
+  for (std::size_t n = 0; n < rank.size() && n * chunk < head_end; ++n) rank[n] = 0;
+  std::vector<std::uint32_t> order(rank.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
+  return order;
+}
+
+std::vector<std::uint32_t> choose_chunks(const std::vector<std::uint32_t>& order, const std::string& list) {
+  if (list.empty()) return order;
+  std::vector<bool> chosen(order.size());
+  for (std::size_t at = 0; at <= list.size();) {
+    const std::size_t end = std::min(list.find(',', at), list.size());
+    const char* next = list.data() + at;
+    const char* last = list.data() + end;
+    std::size_t from = 0;
+    std::from_chars_result read = std::from_chars(next, last, from);
+    std::size_t to = from;
+    if (read.ec == std::errc() && read.ptr != last && *read.ptr == '-')
+      read = std::from_chars(read.ptr + 1, last, to);
+    if (read.ec != std::errc() || read.ptr != last || from > to || to >= order.size()) {
+      throw ToolError("--only: '{}' names no chunks of 0 to {}; give numbers as in 3,7-9",
+                      std::string(next, last), order.size() - 1);
+    }
+    for (std::size_t n = from; n <= to; ++n) chosen[n] = true;
+    at = end + 1;
+  }
+  std::vector<std::uint32_t> kept;
+  std::copy_if(order.begin(), order.end(), std::back_inserter(kept),
+               [&](std::uint32_t n) { return chosen[n]; });
+  return kept;
+}
+
+PacketBytes begin_packet(const Upload& upload, std::uint32_t sequence) {
+  return packet_of(command_of(app::CommandType::kBeginUpload, upload, sequence));
+}
+
+PacketBytes chunk_packet(const Upload& upload, std::uint32_t number, std::uint32_t sequence) {
+  const std::size_t at = std::size_t{number} * upload.plan.chunk_bytes;
+  const std::size_t data = std::min<std::size_t>(upload.plan.chunk_bytes, upload.bytes.size() - at);
+  std::vector<std::uint8_t> bytes(data + chunk::kOverheadBytes);
+  be::put_u32(bytes.data() + chunk::kIdAt, upload.plan.id);
+  be::put_u16(bytes.data() + chunk::kNumberAt, static_cast<std::uint16_t>(number));
+  std::copy_n(upload.bytes.begin() + static_cast<std::ptrdiff_t>(at), data, bytes.begin() + chunk::kDataAt);
+  be::put_u32(bytes.data() + chunk::kDataAt + data, crc32(bytes.data(), chunk::kDataAt + data));
+  app::Command command = command_of(app::CommandType::kMapChunk, upload, sequence);
+  command.chunk = bytes.data();
+  command.chunk_bytes = bytes.size();
+  return packet_of(command);
+}
+
+PacketBytes use_packet(const Upload& upload, std::uint32_t sequence) {
+  return packet_of(command_of(app::CommandType::kUseUpload, upload, sequence));
+}
+
+}  // namespace cairn::ground

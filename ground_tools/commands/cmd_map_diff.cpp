@@ -1,0 +1,300 @@
+// cairn map diff | merge
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
+#include "commands/cmd_map.hpp"
+#include "map/diff.hpp"
+#include "map/merge.hpp"
+#include "ortho/reference_system.hpp"
+
+namespace cairn::ground {
+namespace {
+
+namespace fs = std::filesystem;
+
+CmapContent load(const fs::path& path) { return decode_cmap(read_file(path), path.string()); }
+
+void need_same_system(const fs::path& a_path, const CmapContent& a, const fs::path& b_path,
+                      const CmapContent& b) {
+  if (same_reference(a.reference_system, b.reference_system)) return;
+  throw ToolError(
+      "{}: is in {}, and {} in {}; build both from orthoimages of one reference system (gdalwarp -t_srs)",
+      b_path.string(), b.reference_system, a_path.string(), a.reference_system);
+}
+
+// ---- diff
+
+struct DiffOptions {
+  fs::path a;
+  fs::path b;
+  fs::path csv;
+  double within_m = 0.0;  ///< 0: usual_distance_m
+  double moved_m = -1.0;  ///< negative: the coarser step of positions
+  double reach_m = 0.0;   ///< 0: ten times within
+  bool align = false;
+  bool json = false;
+};
+
+/// Tiles whose bytes differ; negative where the maps have not the same tiles.
+long long changed_tiles(const CmapContent& a, const CmapContent& b) {
+  const CmapLayout& p = a.layout;
+  const CmapLayout& q = b.layout;
+  if (p.origin_x_m != q.origin_x_m || p.origin_y_m != q.origin_y_m || p.extent_x != q.extent_x ||
+      p.extent_y != q.extent_y || p.quantum_um != q.quantum_um || p.tile_side != q.tile_side ||
+      a.tiles.size() != b.tiles.size()) {
+    return -1;
+  }
+  long long changed = 0;
+  for (std::size_t i = 0; i < a.tiles.size(); ++i) {
+    if (a.tiles[i].bytes != b.tiles[i].bytes || a.tiles[i].crc != b.tiles[i].crc) ++changed;
+  }
+  return changed;
+}
+
+/// What has no partner where the other map does not look, and pairs whose attributes differ.
+struct Rest {
+  std::size_t a_outside = 0;
+  std::size_t b_outside = 0;
+  std::size_t changed = 0;
+};
+
+Rest rest_of(const CmapContent& a, const CmapContent& b, const MapDiff& diff) {
+  Rest rest{a.boulders.size() - diff.a_inside, b.boulders.size() - diff.b_inside, 0};
+  for (const BoulderPair& pair : diff.pairs) {
+    const TableBoulder& x = a.boulders[pair.a];
+    const TableBoulder& y = b.boulders[pair.b];
+    if (x.diameter_m != y.diameter_m || x.height_m != y.height_m || x.confidence != y.confidence)
+      ++rest.changed;
+  }
+  return rest;
+}
+
+std::string changes_csv(const CmapContent& a, const CmapContent& b, const MapDiff& diff, double moved_m) {
+  std::string text = "change,x_m,y_m,diameter_m,to_x_m,to_y_m,to_diameter_m\n";
+  const auto place = [](const TableBoulder& t) {
+    return fmt::format(",{:.4f},{:.4f},{:.4f}", t.p_map_m.x(), t.p_map_m.y(), t.diameter_m);
+  };
+  for (const std::size_t i : diff.removed) text += "removed" + place(a.boulders[i]) + ",,,\n";
+  for (const std::size_t i : diff.added) text += "added,,," + place(b.boulders[i]) + "\n";
+  for (const BoulderPair& pair : diff.pairs) {
+    if (pair.distance_m > moved_m)
+      text += "moved" + place(a.boulders[pair.a]) + place(b.boulders[pair.b]) + "\n";
+  }
+  return text;
+}
+
+Json diff_json(const DiffOptions& options, const DiffParams& params, const MapDiff& d, const Rest& rest,
+               long long tiles, std::size_t of_tiles, bool same) {
+  return {
+      {"a", options.a.string()},
+      {"b", options.b.string()},
+      {"same", same},
+      {"within_m", params.within_m},
+      {"moved_m", params.moved_m},
+      {"common_extent", to_json(d.common)},
+      {"boulders_a", d.a_inside},
+      {"boulders_b", d.b_inside},
+      {"outside_a", rest.a_outside},
+      {"outside_b", rest.b_outside},
+      {"matched", d.pairs.size()},
+      {"added", d.added.size()},
+      {"removed", d.removed.size()},
+      {"moved", d.moved},
+      {"changed_attributes", rest.changed},
+      {"repeatability", d.repeatability()},
+      {"aligned", params.align},
+      {"shift_taken_off_m", {d.shift_map_m.x(), d.shift_map_m.y()}},
+      {"mean_shift_m", {d.mean_shift_map_m.x(), d.mean_shift_map_m.y()}},
+      {"rms_m", d.rms_m},
+      {"median_size_ratio", d.median_size_ratio},
+      {"tiles",
+       {{"comparable", tiles >= 0}, {"changed", tiles < 0 ? Json(nullptr) : Json(tiles)}, {"of", of_tiles}}}};
+}
+
+void print_diff(const DiffParams& params, const MapDiff& d, const Rest& rest, long long tiles,
+                std::size_t of_tiles) {
+  const auto share = [](std::size_t part, std::size_t of) {
+    return of == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(of);
+  };
+  fmt::print("boulders          {} and {} where both maps look ({:.1f} x {:.1f} m); {} and {} outside\n",
+             d.a_inside, d.b_inside, std::max(0.0, d.common.max_x_m - d.common.min_x_m),
+             std::max(0.0, d.common.max_y_m - d.common.min_y_m), rest.a_outside, rest.b_outside);
+  fmt::print("matched           {} within {:.3f} m ({:.1f} % of the first, {:.1f} % of the second)\n",
+             d.pairs.size(), params.within_m, share(d.pairs.size(), d.a_inside),
+             share(d.pairs.size(), d.b_inside));
+  fmt::print("repeatability     {:.3f}\n", d.repeatability());
+  fmt::print("removed, added    {}, {}\n", d.removed.size(), d.added.size());
+  fmt::print("moved             {} by more than {:.3f} m; attributes changed of {}\n", d.moved,
+             params.moved_m, rest.changed);
+  if (params.align)
+    fmt::print("shift taken off   {:+.3f} m east, {:+.3f} m north\n", d.shift_map_m.x(), d.shift_map_m.y());
+  fmt::print("mean shift        {:+.3f} m east, {:+.3f} m north; {:.3f} m rms{}\n", d.mean_shift_map_m.x(),
+             d.mean_shift_map_m.y(), d.rms_m, params.align ? " about the shift taken off" : "");
+  fmt::print("size              second over first {:.3f} (median)\n", d.median_size_ratio);
+  if (tiles >= 0)
+    fmt::print("tiles             {} of {} changed\n", tiles, of_tiles);
+  else
+    fmt::print("tiles             not comparable: the maps have different ones\n");
+}
+
+void diff(const DiffOptions& options) {
+  const CmapContent a = load(options.a);
+  const CmapContent b = load(options.b);
+  need_same_system(options.a, a, options.b, b);
+  DiffParams params;
+  params.within_m = options.within_m > 0.0 ? options.within_m : usual_distance_m({a.pixel_m, b.pixel_m});
+  params.moved_m = options.moved_m >= 0.0 ? options.moved_m : std::max(a.quantum_m, b.quantum_m);
+  params.align = options.align;
+  params.reach_m = options.reach_m > 0.0 ? options.reach_m : 10.0 * params.within_m;
+  const MapDiff d = diff_maps(a.boulders, a.extent, b.boulders, b.extent, params);
+  const Rest rest = rest_of(a, b, d);
+  const long long tiles = changed_tiles(a, b);
+  const bool same = d.added.empty() && d.removed.empty() && d.moved == 0 && rest.changed == 0 &&
+                    rest.a_outside == 0 && rest.b_outside == 0;
+  if (!options.csv.empty()) write_file(options.csv, changes_csv(a, b, d, params.moved_m));
+  if (options.json)
+    print_json(diff_json(options, params, d, rest, tiles, a.tiles.size(), same));
+  else
+    print_diff(params, d, rest, tiles, a.tiles.size());
+  if (!same) throw CLI::RuntimeError(kAnswerIsNo);
+}
+
+// ---- merge
+
+struct MergeOptions {
+  std::vector<fs::path> maps;
+  fs::path output;
+  double within_m = 0.0;
+  double quantum_m = 0.0;
+  bool json = false;
+};
+
+struct Joined {
+  std::vector<MergePart> parts;
+  MapExtent extent;
+  CmapSource source;
+  double quantum_m = 0.0;
+  double pixel_m = 0.0;  ///< of the coarsest
+};
+
+Joined read_parts(const MergeOptions& options) {
+  Joined joined;
+  std::vector<std::string> hashes;
+  std::vector<std::string> systems;
+  CmapContent first;
+  for (std::size_t i = 0; i < options.maps.size(); ++i) {
+    CmapContent map = load(options.maps[i]);
+    if (i == 0) {
+      joined.extent = map.extent;
+      joined.quantum_m = map.quantum_m;
+      joined.source = {map.method, map.pixel_m, "", "", map.site, map.epoch_s, map.revision};
+      first = map;
+    }
+    need_same_system(options.maps[0], first, options.maps[i], map);
+    MapExtent& e = joined.extent;
+    e = {std::min(e.min_x_m, map.extent.min_x_m), std::min(e.min_y_m, map.extent.min_y_m),
+         std::max(e.max_x_m, map.extent.max_x_m), std::max(e.max_y_m, map.extent.max_y_m)};
+    joined.quantum_m = std::min(joined.quantum_m, map.quantum_m);
+    joined.pixel_m = std::max(joined.pixel_m, map.pixel_m);
+    CmapSource& s = joined.source;
+    if (s.method != map.method) s.method = cmap::Method::kTable;
+    if (s.site != map.site) s.site = 0;
+    s.pixel_m = std::max(s.pixel_m, map.pixel_m);
+    s.epoch_s = std::max(s.epoch_s, map.epoch_s);
+    s.revision = std::max(s.revision, map.revision);
+    hashes.push_back(fmt::format("{:08x}", map.parameter_hash));
+    systems.push_back(map.reference_system);
+    joined.parts.push_back({std::move(map.boulders), map.pixel_m});
+  }
+  std::sort(hashes.begin(), hashes.end());
+  joined.source.reference_system = *std::min_element(systems.begin(), systems.end());
+  joined.source.parameters = fmt::format("merge of {}", fmt::join(hashes, " "));
+  return joined;
+}
+
+void merge(const MergeOptions& options) {
+  if (options.maps.size() < 2) throw ToolError("map merge: give two maps or more");
+  OutputFile output(options.output);
+  Joined joined = read_parts(options);
+  const double within_m = options.within_m > 0.0 ? options.within_m : usual_distance_m({joined.pixel_m});
+  const double quantum_m = options.quantum_m > 0.0 ? options.quantum_m : joined.quantum_m;
+  joined.source.parameters += fmt::format(" within_m={}", within_m);
+  const std::vector<TableBoulder> boulders = merge_boulders(joined.parts, within_m);
+  CmapReport report;
+  const std::vector<std::uint8_t> bytes =
+      encode_cmap(boulders, joined.extent, quantum_m, joined.source, {}, &report);
+  output.write(bytes);
+  output.commit();
+  std::size_t given = 0;
+  for (const MergePart& part : joined.parts) given += part.boulders.size();
+  if (options.json) {
+    Json parts = Json::array();
+    for (std::size_t i = 0; i < options.maps.size(); ++i)
+      parts.push_back({{"file", options.maps[i].string()}, {"boulders", joined.parts[i].boulders.size()}});
+    print_json({{"output", options.output.string()},
+                {"bytes", bytes.size()},
+                {"boulders", report.boulders},
+                {"joined", given - report.boulders},
+                {"within_m", within_m},
+                {"position_step_m", quantum_m},
+                {"extent", to_json(joined.extent)},
+                {"reference_system", joined.source.reference_system},
+                {"parts", parts}});
+    return;
+  }
+  fmt::print("{}: {} boulders on {:.1f} x {:.1f} m, {} bytes; {} of {} entries were one with another\n",
+             options.output.string(), report.boulders, joined.extent.max_x_m - joined.extent.min_x_m,
+             joined.extent.max_y_m - joined.extent.min_y_m, bytes.size(), given - report.boulders, given);
+}
+
+}  // namespace
+
+void add_map_diff(CLI::App& map) {
+  const auto compared = std::make_shared<DiffOptions>();
+  DiffOptions& d = *compared;
+  CLI::App* diff_app = map.add_subcommand(
+      "diff", "compare two maps of one site, boulder by boulder; exit status 0: the same, 2: not");
+  diff_app->add_option("A", d.a, "map (.cmap)")->required();
+  diff_app->add_option("B", d.b, "map (.cmap)")->required();
+  diff_app
+      ->add_option("--within", d.within_m,
+                   "a boulder is the same within this, m (default: two pixels, at least 0.1)")
+      ->check(CLI::PositiveNumber);
+  diff_app
+      ->add_option("--moved", d.moved_m,
+                   "and has moved if it is farther than this, m (default: the position step)")
+      ->check(CLI::NonNegativeNumber);
+  diff_app->add_flag("--align", d.align, "take the shift that both have in common off first");
+  diff_app->add_option("--reach", d.reach_m, "longest such shift, m (default: ten times --within)")
+      ->check(CLI::PositiveNumber);
+  diff_app->add_option("--csv", d.csv, "write what was removed, added and moved as a table");
+  diff_app->add_flag("--json", d.json, "one JSON object on stdout");
+  diff_app->callback([compared] { diff(*compared); });
+
+  const auto merged = std::make_shared<MergeOptions>();
+  MergeOptions& m = *merged;
+  CLI::App* merge_app =
+      map.add_subcommand("merge", "join maps of one reference system into one, in whatever order");
+  merge_app->add_option("MAPS", m.maps, "maps (.cmap), two or more")->required();
+  merge_app->add_option("-o,--output", m.output, "the map to write (.cmap)")->required();
+  merge_app
+      ->add_option("--within", m.within_m,
+                   "entries of different maps are one boulder within this, m "
+                   "(default: two pixels of the coarsest, at least 0.1)")
+      ->check(CLI::PositiveNumber);
+  merge_app
+      ->add_option("--quantum", m.quantum_m, "step of the positions, m (default: the finest of the maps')")
+      ->check(CLI::PositiveNumber);
+  merge_app->add_flag("--json", m.json, "one JSON object on stdout");
+  merge_app->callback([merged] { merge(*merged); });
+}
+
+}  // namespace cairn::ground

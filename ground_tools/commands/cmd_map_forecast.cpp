@@ -1,0 +1,197 @@
+// cairn map forecast: where along a planned drive fixes will succeed.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
+#include "cmap/cmap_file.hpp"
+#include "commands/cmd_map.hpp"
+#include "forecast/forecast.hpp"
+#include "forecast/forecast_files.hpp"
+#include "forecast/forecast_plot.hpp"
+#include "forecast/model_file.hpp"
+#include "forecast/route.hpp"
+
+namespace cairn::ground {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMostFrames = 1.0e6;
+
+struct ForecastOptions {
+  fs::path map;
+  fs::path path;
+  fs::path output;
+  fs::path csv;
+  fs::path geojson;
+  fs::path plot;
+  bool json = false;
+  std::string mission = cfg::kMission.name;
+  double step_m = 0.06;
+  double turn_step_deg = 2.0;
+  double start_yaw_deg = 0.01 * kDegPerRad;
+  double drift_yaw_deg_per_m = cfg::kMission.drift_yaw_rad_per_m * kDegPerRad;
+  ForecastModel model;  ///< what is not of the map's detector: start, drift, borders
+  /// What the command line says of the detection, in its order: on top of what is known
+  /// of the map's detector.
+  std::vector<std::function<void(ForecastModel&)>> changes;
+};
+
+ForecastModel model_of(const ForecastOptions& options, cmap::Method method) {
+  ForecastModel model = mission_model(method);
+  for (const auto& change : options.changes) change(model);
+  check_model(model, "map forecast");
+  model.sigma_start_xy_m = options.model.sigma_start_xy_m;
+  model.sigma_start_yaw_rad = options.start_yaw_deg * kRadPerDeg;
+  model.fusion.sigma_scale = options.model.fusion.sigma_scale;
+  model.fusion.sigma_turn_rad_per_m = options.drift_yaw_deg_per_m * kRadPerDeg;
+  model.blind_below = options.model.blind_below;
+  model.right_within_m = options.model.right_within_m;
+  return model;
+}
+
+std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent& map) {
+  const std::vector<Vec2> waypoints = read_waypoints(options.path, map.extent, options.map.string());
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < waypoints.size(); ++i) length_m += (waypoints[i] - waypoints[i - 1]).norm();
+  if (length_m / options.step_m > kMostFrames) {
+    throw ToolError("{}: {:.0f} m are more than {:.0f} frames; give a larger --step, or drive it in parts",
+                    options.path.string(), length_m, kMostFrames);
+  }
+  return drive_over(waypoints, options.step_m, options.turn_step_deg);
+}
+
+void run(const ForecastOptions& options) {
+  if (options.mission != cfg::kMission.name) {
+    throw ToolError("--mission: '{}' is not what cairn was built for, '{}'; build with MISSION={}",
+                    options.mission, cfg::kMission.name, options.mission);
+  }
+  const CmapContent map = decode_cmap(read_file(options.map), options.map.string());
+  const ForecastModel model = model_of(options, map.method);
+  const std::vector<PathPoint> drive = planned(options, map);
+  const Forecast made = forecast(model_for(model, map.boulders, map.extent), map.boulders, drive);
+  const ForecastSource source{options.map.string(), options.path.string(), map.reference_system};
+
+  const auto put = [&](const fs::path& wanted, const char* name, const auto& text) {
+    if (!wanted.empty()) write_file(wanted, text());
+    if (!options.output.empty()) write_file(options.output / name, text());
+  };
+  if (!options.output.empty()) make_folder(options.output);
+  const std::string json = to_json(made, model, drive, source).dump(2) + "\n";
+  put(options.csv, "forecast.csv", [&] { return to_csv(made); });
+  put(options.geojson, "forecast.geojson", [&] { return to_geojson(made, model, drive, source); });
+  put(options.plot, "forecast.svg", [&] { return plot_forecast(made, model, map.boulders, drive, source); });
+  put({}, "forecast.json", [&] { return json; });
+  fmt::print("{}", options.json ? json : to_text(made, model, drive));
+}
+
+void add_model_options(CLI::App* app, ForecastOptions& o) {
+  const char* group = "Model (defaults by the map's detector, USER_GUIDE part 8)";
+  app->add_option_function<std::string>(
+         "--model",
+         [&o](const std::string& file) {
+           o.changes.emplace_back([file](ForecastModel& m) { read_model(file, m); });
+         },
+         "take the parameters below from the forecast_model.json of a campaign; options that follow replace "
+         "single ones")
+      ->trigger_on_parse()
+      ->group(group);
+  const auto number = [&](const char* name, const std::function<double&(ForecastModel&)>& of,
+                          const char* what) {
+    app->add_option_function<double>(
+           name,
+           [&o, of](const double& value) {
+             o.changes.emplace_back([of, value](ForecastModel& m) { of(m) = value; });
+           },
+           what)
+        ->trigger_on_parse()
+        ->group(group);
+  };
+  using Model = ForecastModel;
+  number(
+      "--detect-most", [](Model& m) -> double& { return m.detection.most; },
+      "share of the large boulders of the map that the rover finds");
+  number(
+      "--detect-half", [](Model& m) -> double& { return m.detection.half_m; },
+      "diameter at which it finds half as many, m");
+  number(
+      "--detect-power", [](Model& m) -> double& { return m.detection.power; },
+      "how steeply that rises with the diameter");
+  number(
+      "--detect-spread", [](Model& m) -> double& { return m.detection.spread; },
+      "how much drives differ in that: standard deviation of the log-odds");
+  number(
+      "--clutter", [](Model& m) -> double& { return m.clutter_per_m2; },
+      "ground boulders that are none of the map's, per m2 swept; those that it is too coarse for come on "
+      "top");
+  number(
+      "--pair-sigma", [](Model& m) -> double& { return m.sigma_pair_m; }, "error of a pair, m per axis");
+  number(
+      "--common-sigma", [](Model& m) -> double& { return m.sigma_common_m; },
+      "error that all boulders of the map share, m per axis");
+}
+
+void add_drive_options(CLI::App* app, ForecastOptions& o) {
+  const char* group = "Drive";
+  app->add_option("--step", o.step_m, "way from frame to frame, m")
+      ->check(CLI::Range(0.001, 5.0))
+      ->capture_default_str()
+      ->group(group);
+  app->add_option("--turn-step", o.turn_step_deg, "turn from frame to frame when it turns in place, degrees")
+      ->check(CLI::Range(0.05, 90.0))
+      ->capture_default_str()
+      ->group(group);
+  app->add_option("--start-sigma", o.model.sigma_start_xy_m, "of the start, m per axis")
+      ->check(CLI::Range(0.0001, 100.0))
+      ->capture_default_str()
+      ->group(group);
+  app->add_option("--start-sigma-yaw", o.start_yaw_deg, "of the start's heading, degrees")
+      ->check(CLI::Range(0.001, 180.0))
+      ->capture_default_str()
+      ->group(group);
+  app->add_option("--drift-scale", o.model.fusion.sigma_scale, "of VO's scale, as a share")
+      ->check(CLI::Range(0.0, 0.5))
+      ->capture_default_str()
+      ->group(group);
+  app->add_option("--drift-yaw", o.drift_yaw_deg_per_m, "of VO's turn, degrees per m")
+      ->check(CLI::Range(0.0, 5.0))
+      ->capture_default_str()
+      ->group(group);
+}
+
+}  // namespace
+
+void add_map_forecast(CLI::App& map) {
+  const auto options = std::make_shared<ForecastOptions>();
+  ForecastOptions& o = *options;
+  CLI::App* app = map.add_subcommand(
+      "forecast", "along a planned drive, where fixes will succeed and how good they will be");
+  app->add_option("MAP", o.map, "map (.cmap)")->required();
+  app->add_option("--path", o.path, "way-points of the drive: CSV with columns x, y, metres in the map")
+      ->required();
+  app->add_option("-o,--output", o.output, "folder for forecast.csv, .geojson, .svg and .json");
+  app->add_option("--csv", o.csv, "write the table here");
+  app->add_option("--geojson", o.geojson, "write stations, ellipses and blind stretches here");
+  app->add_option("--plot", o.plot, "write the picture (SVG) here");
+  app->add_flag("--json", o.json, "print JSON in place of the table");
+  app->add_option("--blind-below", o.model.blind_below,
+                  "a fix with a smaller probability of being applied is none to count on")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  app->add_option("--right-within", o.model.right_within_m,
+                  "a fix is right where the pose is within this of truth after it, m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app->add_option("--mission", o.mission, "refuse where cairn was built for another mission");
+  add_drive_options(app, o);
+  add_model_options(app, o);
+  app->callback([options] { run(*options); });
+}
+
+}  // namespace cairn::ground

@@ -1,0 +1,63 @@
+// cairn profile: what a run on the emulated processor cost, by job and by function, against the budget.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
+#include "commands/commands.hpp"
+#include "profile/budget.hpp"
+#include "profile/page.hpp"
+#include "profile/profile.hpp"
+#include "profile/tables.hpp"
+
+namespace cairn::ground {
+namespace {
+
+struct ProfileOptions {
+  std::filesystem::path input;
+  std::filesystem::path budget;
+  std::filesystem::path output;
+  std::string target;
+  double clock_mhz = 0.0;
+  std::size_t most = 40;
+};
+
+void show(const ProfileOptions& options) {
+  const Profile profile = read_profile(options.input);
+  const std::vector<JobReport> jobs = report_jobs(profile, read_budgets(options.budget, options.target));
+  const double clock_mhz = options.clock_mhz > 0.0 ? options.clock_mhz : profile.clock_mhz;
+  if (!options.output.empty()) {
+    make_folder(options.output);
+    write_file(options.output / "jobs.csv", jobs_csv(jobs, clock_mhz));
+    write_file(options.output / "rounds.csv", rounds_csv(jobs, clock_mhz));
+    write_file(options.output / "functions.csv", functions_csv(profile));
+    write_file(options.output / "profile.html", profile_page(profile, jobs, options.target, clock_mhz));
+  }
+  fmt::print("{}", profile_text(profile, jobs, clock_mhz, options.most));
+  std::fflush(stdout);  // the tables come before the verdict
+  const std::string broken = broken_budgets(jobs, clock_mhz);
+  if (!broken.empty()) throw ToolError("{}", broken);
+}
+
+}  // namespace
+
+void add_profile_command(CLI::App& app) {
+  const auto options = std::make_shared<ProfileOptions>();
+  CLI::App* command = app.add_subcommand(
+      "profile",
+      "Cycles of the jobs on an emulated processor against their budget; fails where one is broken");
+  command->add_option("profile", options->input, "file that the plugin of `make profile` wrote")->required();
+  command->add_option("--budget", options->budget, "budgets of the jobs (TOML)")->required();
+  command->add_option("--target", options->target, "whose budgets: ppc750, leon3 ...")->required();
+  command->add_option("--clock", options->clock_mhz, "MHz; otherwise that of the processor's model")
+      ->check(CLI::Range(0.001, 1.0e6));
+  command->add_option("--top", options->most, "functions to print")->check(CLI::Range(1, 100000));
+  command->add_option("-o,--output", options->output, "folder for tables (CSV) and the page (HTML)");
+  command->callback([options] { show(*options); });
+}
+
+}  // namespace cairn::ground

@@ -1,0 +1,206 @@
+// cairn run: replays a data set through the flight module.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "base/output_file.hpp"
+#include "base/progress_line.hpp"
+#include "base/tool_error.hpp"
+#include "cmap/cmap_file.hpp"
+#include "commands/commands.hpp"
+#include "commands/frame_range.hpp"
+#include "dataset/dataset.hpp"
+#include "plot/ortho_piece.hpp"
+#include "replay/replay.hpp"
+#include "replay/results.hpp"
+#include "sim/simulated_drive.hpp"
+
+namespace cairn::ground {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct RunOptions {
+  fs::path dataset;
+  fs::path scene;
+  std::vector<std::string> sets;
+  bool simulate = false;  ///< --scene or --set was given
+  fs::path map;
+  fs::path output;
+  fs::path ortho;
+  std::string frames;
+  std::string start;
+  std::string degrade;
+  bool no_map = false;
+  bool paper = false;
+  unsigned pictures = 4;
+};
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == separator) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+/// A finite number that fills the whole text.
+double number(const std::string& text, const std::string& option, const std::string& mend) {
+  try {
+    std::size_t used = 0;
+    const double value = std::stod(text, &used);
+    if (used == text.size() && std::isfinite(value)) return value;
+  } catch (const std::exception&) {
+  }
+  throw ToolError("{}: '{}' is no finite number; {}", option, text, mend);
+}
+
+Pose3 parse_start(const std::string& text) {
+  const std::string mend = "give x,y,z,roll,pitch,yaw of the rover in the map (metres, degrees)";
+  const std::vector<std::string> parts = split(text, ',');
+  if (parts.size() != 6) throw ToolError("--start: {} values; {}", parts.size(), mend);
+  double v[6];
+  for (std::size_t i = 0; i < 6; ++i) v[i] = number(parts[i], "--start", mend);
+  const Attitude attitude{v[5] * kRadPerDeg, v[4] * kRadPerDeg, v[3] * kRadPerDeg};
+  return {quat_from_attitude(attitude), Vec3(v[0], v[1], v[2])};
+}
+
+StepTrim parse_degrade(const std::string& text) {
+  const std::string mend = "give scale=FACTOR and yaw=ANGLEdeg/m, as in scale=1.02,yaw=0.1deg/m";
+  StepTrim trim;
+  for (const std::string& part : split(text, ',')) {
+    const std::size_t equals = part.find('=');
+    const std::string key = part.substr(0, equals);
+    std::string value = equals == std::string::npos ? "" : part.substr(equals + 1);
+    if (key == "scale") {
+      trim.scale = number(value, "--degrade", mend);
+    } else if (key == "yaw") {
+      double unit = 0.0;
+      for (const auto& [suffix, factor] :
+           {std::pair<std::string, double>{"deg/m", kRadPerDeg}, {"rad/m", 1.0}}) {
+        if (value.size() > suffix.size() &&
+            value.compare(value.size() - suffix.size(), suffix.size(), suffix) == 0) {
+          value.resize(value.size() - suffix.size());
+          unit = factor;
+          break;
+        }
+      }
+      if (unit == 0.0) throw ToolError("--degrade: '{}' has no unit; {}", part, mend);
+      trim.yaw_rad_per_m = unit * number(value, "--degrade", mend);
+    } else {
+      throw ToolError("--degrade: '{}' is not known; {}", part, mend);
+    }
+  }
+  return trim;
+}
+
+/// The drive that the options name: a data set, or a scene that is rendered as it is driven over.
+struct DriveSource {
+  std::unique_ptr<sim::World> world;
+  std::unique_ptr<Drive> drive;
+};
+
+DriveSource open_drive(const RunOptions& options) {
+  DriveSource source;
+  if (options.simulate) {
+    source.world = std::make_unique<sim::World>(sim::load_scene(options.scene, options.sets));
+    source.drive = std::make_unique<sim::SimulatedDrive>(
+        *source.world, options.scene.empty() ? "simulated drive" : options.scene.string());
+  } else {
+    source.drive = std::make_unique<Dataset>(Dataset::open(options.dataset));
+  }
+  return source;
+}
+
+void run(RunOptions options) {
+  options.simulate = !options.scene.empty() || !options.sets.empty();
+  if (options.simulate != options.dataset.empty()) {
+    throw ToolError("--dataset: {}", options.simulate
+                                         ? "goes not with --scene and --set; leave one out"
+                                         : "is missing; give a folder of stereo pairs, or --scene");
+  }
+  if (options.no_map != options.map.empty()) {
+    throw ToolError("--map: {}", options.no_map ? "goes not with --no-map; leave one out"
+                                                : "is missing; give a .cmap, or --no-map for VO alone");
+  }
+  ReplayOptions replay_options;
+  if (options.paper) replay_options.params = paper_params();
+  if (!options.frames.empty()) {
+    const FrameRange range = parse_frames(options.frames);
+    replay_options.first_frame = range.first;
+    replay_options.end_frame = range.end;
+  }
+  if (!options.start.empty()) replay_options.T_map_rover = parse_start(options.start);
+  if (!options.degrade.empty()) replay_options.trim = parse_degrade(options.degrade);
+  RunTitle title;
+  title.dataset = options.simulate ? options.scene.string() : options.dataset.string();
+  title.variant = options.paper ? "paper" : "cairn";
+  title.degrade = options.degrade;
+  title.ortho = options.ortho;
+  if (!options.no_map) {
+    replay_options.map = read_file(options.map);
+    CmapContent map = decode_cmap(replay_options.map, options.map.string());
+    if (map.boulders.empty())
+      throw ToolError("{}: {}", options.map.string(), explain(MapStatus::kNoBoulders));
+    title.map = options.map.string();
+    title.map_pixel_m = map.pixel_m;
+    title.orbital = std::move(map.boulders);
+  }
+  const DriveSource source = open_drive(options);
+  const Drive& drive = *source.drive;
+  title.truth_rocks = drive.truth_rocks();
+  if (!options.ortho.empty())
+    static_cast<void>(read_ortho_piece(options.ortho, Box(), 1));  // told before the work
+  Results results(options.output);
+  PictureRecorder pictures(options.pictures, replay_options.first_frame,
+                           std::min(replay_options.end_frame, drive.size()));
+  replay_options.watch = [&](const ReplayFrame& frame, const host::Picture& left) {
+    pictures.watch(frame, left);
+  };
+  Replay replay;
+  {
+    ProgressLine progress(fmt::format("run {}", fs::path(title.dataset).filename().string()));
+    replay = run_replay(drive, replay_options, [&](double share) { progress.show(share); });
+  }
+  for (const std::string& warning : replay.warnings) fmt::print(stderr, "cairn: warning: {}\n", warning);
+  const RunErrors errors = errors_of(replay);
+  results.write(title, replay, errors, pictures);
+  print_table(replay, errors);
+  fmt::print("written: {}\n", results.names());
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app) {
+  const auto options = std::make_shared<RunOptions>();
+  CLI::App* command =
+      app.add_subcommand("run", "Replay a drive, on disk or simulated, through the flight module");
+  command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/USER_GUIDE.md)");
+  command->add_option("--scene", options->scene, "instead: a scene (TOML), rendered as it is driven over");
+  command->add_option("--set", options->sets,
+                      "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
+  command->add_option("--map", options->map, "orbital boulder map (.cmap)");
+  command->add_flag("--no-map", options->no_map, "visual odometry alone");
+  command->add_option("-o,--output", options->output, "folder for the results")->required();
+  command->add_option("--ortho", options->ortho, "orthoimage to draw the plot on");
+  command->add_option("--frames", options->frames, "part of the data set, FIRST:END, counted from 0");
+  command->add_option("--start", options->start,
+                      "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
+  command->add_option("--degrade", options->degrade, "worsen each VO step, e.g. scale=1.02,yaw=0.1deg/m");
+  command->add_flag("--paper", options->paper, "the paper's own choices throughout");
+  command
+      ->add_option("--pictures", options->pictures,
+                   "frames to keep pictures of for cairn report, evenly chosen (default 4)")
+      ->check(CLI::Range(0, 100));
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace cairn::ground

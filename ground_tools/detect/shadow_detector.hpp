@@ -1,0 +1,95 @@
+/// Boulders of an orthoimage by their shadows: sunlit body and cast shadow are paired along the sun's
+/// direction, so that the place is the boulder's and not that of its dark blob.
+///
+/// 1. Pyramid: each level halves the one before (means of 2 x 2 pixels, aligned with the image), so that
+///    boulders of every size are 4 to 16 px wide on one of them.
+/// 2. Seeds: on each level, local maxima of darkness (3 x 3 mean below the mean of 17 x 17).
+/// 3. Fit: at each seed, half an ellipsoid with its shadow (shadow_fit.hpp).
+/// 4. Of fits that overlap, the one that explains most stays, each against those that were not beaten yet.
+/// 5. Confidence: logistic function of how the fit looks (contrast over the ground's texture, darkness
+///    beside, beyond and before it, sharpness, size in pixels), its weights fitted to rendered fields of
+///    several suns; less the lower a sun below 27 degrees, whose light every rise of the ground shades. What
+///    is below `min_confidence` or outside the range of diameters is left out.
+///
+/// All of it depends on pixels within shadow_reach_px() of a boulder alone: the table does not depend on how
+/// the image is cut into tiles.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/boulder_table.hpp"
+#include "ortho/raster.hpp"
+#include "ortho/sun.hpp"
+
+namespace cairn::ground {
+
+struct ShadowParams {
+  double min_diameter_m = 0.09;    ///< smaller boulders are left out,
+  double min_diameter_px = 3.0;    ///< and those of fewer pixels
+  double max_diameter_m = 15.0;    ///< the largest looked for,
+  double max_diameter_px = 256.0;  ///< and no more pixels than this: it sets the reach
+  double seed_contrast = 0.10;     ///< least darkness of a spot, share of the grey level around it
+  double min_confidence = 0.4;     ///< what is less likely a boulder is left out
+};
+
+/// Throws ToolError where a parameter is out of its range.
+void check(const ShadowParams& params);
+
+/// "method=shadow sun=45,135 min_diameter_m=..." for the map's parameter hash.
+std::string to_text(const ShadowParams& params, const Sun& sun);
+
+/// Pixels [x0, x0 + width) x [y0, y0 + height) of an image.
+struct PixelRect {
+  int x0 = 0;
+  int y0 = 0;
+  int width = 0;
+  int height = 0;
+  bool contains(int x, int y) const { return x >= x0 && y >= y0 && x - x0 < width && y - y0 < height; }
+};
+
+/// Pixels of a tile with its halo; `grey` and `valid` are packed views of rect's size, `valid` without data
+/// where all are valid.
+struct GreyTile {
+  PixelRect rect;
+  ImageU8 grey;
+  ImageU8 valid;
+};
+
+/// What the detector knows of the light and the scale.
+struct ShadowView {
+  Vec2 towards_sun_px = Vec2(1.0, 0.0);  ///< unit vector in the pixel grid (sun_direction_px)
+  double tan_elevation = 1.0;
+  double pixel_m = 1.0;
+};
+ShadowView shadow_view(const Sun& sun, const GeoTransform& geo);
+
+/// A boulder in pixels of the image, centres at integers.
+struct ShadowBoulder {
+  double u_px = 0.0;  ///< centroid of the outline from above
+  double v_px = 0.0;
+  double diameter_px = 0.0;  ///< of the disc of the outline's area
+  double elongation = 1.0;
+  double contrast = 0.0;  ///< shadow's darkness below the ground, share of the 8-bit range
+  double height_px = 0.0;
+  double confidence = 0.0;
+};
+
+/// How far from a boulder's centroid pixels matter, each way.
+int shadow_reach_px(const ShadowView& view, const ShadowParams& params);
+
+/// The boulders whose centroid, rounded to a pixel, lies in `core`, by row and column. `tile` holds all of
+/// the image's pixels within shadow_reach_px() of `core`. The result is the union over any partition into
+/// cores, to the bit. Cost: 0.2 to 0.7 s a megapixel, by the number of spots.
+std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const PixelRect& core,
+                                                     const ShadowView& view, const ShadowParams& params);
+
+TableBoulder table_boulder(const ShadowBoulder& boulder, const GeoTransform& geo);
+
+/// All boulders of a raster that is in memory.
+std::vector<TableBoulder> detect_boulders_by_shadow(const Raster& raster, const Sun& sun,
+                                                    const ShadowParams& params);
+
+}  // namespace cairn::ground

@@ -1,0 +1,298 @@
+#include "detect/shadow_fit.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace cairn::ground {
+namespace {
+
+constexpr int kOne = 16;  ///< grey levels are counted in sixteenths
+constexpr double kBodyWeight = 0.7;
+constexpr double kRoundness = 0.25;   ///< of the prior that along = across
+constexpr double kTallness = 0.06;    ///< of the prior on height
+constexpr double kUsualHeight = 0.9;  ///< over the half width
+constexpr int kCore = 3;
+constexpr double kCentroid = 0.424413;  ///< of a half ellipse, 4 / (3 pi)
+constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations of the ground
+constexpr double kMostSlope = 5.8;
+constexpr int kMostGroundColumns = 36;  ///< each way from the spot
+
+int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
+
+}  // namespace
+
+int shadow_fit_reach_px(double tan_elevation) {
+  const double slope = std::min(kMostSlope, 2.2 / tan_elevation);
+  const double columns = kFitMostAcross_px * (1.6 + 1.35 * std::sqrt(1.0 + slope * slope)) + 2.0;
+  const double rows = rows_for();
+  return static_cast<int>(std::ceil(std::sqrt(columns * columns + rows * rows))) + 2;
+}
+
+ShadowFitter::ShadowFitter(const Vec2& away_from_sun, double tan_elevation)
+    : sin_(away_from_sun.y()),
+      cos_(away_from_sun.x()),
+      tan_elevation_(tan_elevation),
+      most_slope_(std::min(kMostSlope, 2.2 / tan_elevation)),
+      half_rows_(rows_for()),
+      half_columns_(
+          static_cast<int>(kFitMostAcross_px * (1.6 + 1.35 * std::sqrt(1.0 + most_slope_ * most_slope_))) +
+          2),
+      samples_(static_cast<std::size_t>(2 * half_rows_ + 1) * (2 * half_columns_ + 1)),
+      sum_(static_cast<std::size_t>(2 * half_rows_ + 1) * (2 * half_columns_ + 2)) {}
+
+bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int v) {
+  const auto cos16 = static_cast<std::int64_t>(std::lround(cos_ * 65536.0));
+  const auto sin16 = static_cast<std::int64_t>(std::lround(sin_ * 65536.0));
+  std::array<int, 256> histogram{};
+  int count = 0;
+  int missing = 0;
+  // A low sun's window is long, and the ground rises and falls in it: what is near tells the level.
+  const int ground_columns = std::min(half_columns_, kMostGroundColumns);
+  std::size_t i = 0;
+  for (int b = -half_rows_; b <= half_rows_; ++b) {
+    for (int a = -half_columns_; a <= half_columns_; ++a, ++i) {
+      const std::int64_t x = (static_cast<std::int64_t>(u) << 16) + a * cos16 - b * sin16;
+      const std::int64_t y = (static_cast<std::int64_t>(v) << 16) + a * sin16 + b * cos16;
+      const int x0 = static_cast<int>(x >> 16);
+      const int y0 = static_cast<int>(y >> 16);
+      const int fx = static_cast<int>((x >> 8) & 255);
+      const int fy = static_cast<int>((y >> 8) & 255);
+      const auto has = [&](int px, int py) {
+        return grey.contains(px, py) && (valid.data == nullptr || valid.row(py)[px] != 0);
+      };
+      if (!has(x0, y0) || !has(x0 + 1, y0) || !has(x0, y0 + 1) || !has(x0 + 1, y0 + 1)) {
+        samples_[i] = -1;
+        if (a >= -ground_columns && a <= ground_columns) ++missing;
+        continue;
+      }
+      const std::uint8_t* p = grey.row(y0) + x0;
+      const std::uint8_t* q = grey.row(y0 + 1) + x0;
+      const int value = (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
+      samples_[i] = (value + 2048) >> 12;
+      if (a < -ground_columns || a > ground_columns) continue;
+      ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
+      ++count;
+    }
+  }
+  if (missing > 3 * count) return false;
+  // the ground: what is most common; shadows and rocks are less than half of the window
+  const auto quantile = [&](int rank) {
+    int below = 0;
+    for (int g = 0; g < 256; ++g) {
+      const int here = histogram[static_cast<std::size_t>(g)];
+      if (below + here > rank) return g + (rank - below + 0.5) / here;
+      below += here;
+    }
+    return 255.0;
+  };
+  ground_ = quantile(count / 2);
+  noise_ = std::max(0.5, (quantile(3 * count / 4) - ground_) / 0.6745);
+  const int level = static_cast<int>(std::lround(ground_ * kOne));
+  i = 0;
+  std::size_t k = 0;
+  for (int b = -half_rows_; b <= half_rows_; ++b) {
+    std::int32_t total = 0;
+    for (int a = -half_columns_; a <= half_columns_; ++a, ++i, ++k) {
+      samples_[i] = samples_[i] < 0 ? 0 : level - samples_[i];
+      sum_[k] = total;
+      total += samples_[i];
+    }
+    sum_[k++] = total;
+  }
+  // The shadow's level: the darkest sample near the spot. Means of several are diluted where a boulder is few
+  // pixels wide; the dark grows into the body then, and the body moves towards the sun.
+  depth_ = 0.0;
+  const int pitch = 2 * half_columns_ + 1;
+  for (int b = -kCore; b <= kCore; ++b) {
+    for (int a = -kCore; a <= kCore; ++a) {
+      const auto at = static_cast<std::size_t>((b + half_rows_) * pitch + a + half_columns_);
+      depth_ = std::max(depth_, static_cast<double>(samples_[at]));
+    }
+  }
+  return depth_ > kOne * std::max(1.0, kLeastDepth * noise_);
+}
+
+/// Darkness summed over a row from a = `from` to `to`; sample a covers a - 1/2 to a + 1/2.
+double ShadowFitter::part(int row, double from, double to) const {
+  const std::int32_t* s = &sum_[static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 2)];
+  const auto at = [&](double a) {
+    const double x = std::clamp(a + half_columns_ + 0.5, 0.0, 2.0 * half_columns_ + 1.0);
+    const int k = std::min(static_cast<int>(x), 2 * half_columns_);
+    return s[k] + (x - k) * (s[k + 1] - s[k]);
+  };
+  return at(to) - at(from);
+}
+
+ShadowFitter::Sums ShadowFitter::sums(const Trial& t, int every) const {
+  Sums out{0.0, 0.0, 0.0, 0.0};
+  const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+  const double tip = t.along * stretch;
+  const double terminator = t.along / stretch;
+  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - t.across)));
+  const int last = std::min(half_rows_, static_cast<int>(std::floor(t.b + t.across)));
+  const double scale = 1.0 / (t.across * t.across);
+  for (int row = first; row <= last; row += every) {
+    const double w = std::sqrt(std::max(0.0, 1.0 - (row - t.b) * (row - t.b) * scale));
+    const double a1 = t.a + terminator * w;
+    const double a2 = t.a + tip * w;
+    out.lit += part(row, t.a - t.along * w, a1);
+    out.dark += part(row, a1, a2);
+    out.lit_n += (t.along + terminator) * w;
+    out.dark_n += (tip - terminator) * w;
+  }
+  return out;
+}
+
+double ShadowFitter::value(const Trial& t, int every) const {
+  const Sums s = sums(t, every);
+  if (s.dark_n <= 0.2 || s.lit_n <= 0.2 || s.dark <= 0.0) return 0.0;
+  const double lit = s.lit / s.lit_n;
+  if (lit > 0.8 * depth_) return 0.0;  // one dark patch
+  const double round = std::log(t.along / t.across);
+  const double tall = std::log(t.slope * tan_elevation_ * t.along / (kUsualHeight * t.across));
+  const double area = t.across * t.across;
+  return every * (depth_ * (2.0 * s.dark - depth_ * s.dark_n) + kBodyWeight * s.lit * lit) -
+         depth_ * depth_ * area * (kRoundness * round * round + kTallness * tall * tall);
+}
+
+void ShadowFitter::search(double least_across_px, Trial& best, double& most) const {
+  most = 0.0;
+  best = {0.0, 0.0, 0.0, 0.0, 0.0};
+  const auto consider = [&](const Trial& t, int every) {
+    const double v = value(t, every);
+    if (v > most) {
+      most = v;
+      best = t;
+      return true;
+    }
+    return false;
+  };
+  for (double across = least_across_px; across < kFitMostAcross_px * 0.95; across *= 1.35) {
+    for (const double height : {0.45, 0.8, 1.3, 2.0}) {
+      const double slope = std::min(height / tan_elevation_, most_slope_);
+      const double stretch = std::sqrt(1.0 + slope * slope);
+      const double middle = kCentroid * across * (stretch + 1.0 / stretch);  // the dark's centroid
+      for (int i = -2; i <= 2; ++i) {
+        for (int j = -2; j <= 2; ++j) {
+          consider({-middle + 0.3 * i * across, 0.3 * j * across, across, across, slope},
+                   across > 4.0 ? 2 : 1);
+        }
+      }
+    }
+  }
+  if (most <= 0.0) return;
+  most = value(best, 1);
+  for (double step = 0.16; step > 0.012; step *= 0.5) {
+    for (int round = 0; round < 4; ++round) {
+      bool better = false;
+      for (int k = 0; k < 7; ++k) {
+        for (const double sign : {-1.0, 1.0}) {
+          for (int again = 0; again < 3; ++again) {
+            Trial t = best;
+            if (k == 0) t.a += sign * step * t.across;
+            if (k == 1) t.b += sign * step * t.across;
+            if (k == 2) t.across *= 1.0 + sign * step;
+            if (k == 3) {  // the shadow's end stays
+              const double tip = t.a + t.along * std::sqrt(1.0 + t.slope * t.slope);
+              t.along *= 1.0 + sign * step;
+              const double q = (tip - t.a) / t.along;
+              t.slope = std::sqrt(std::max(0.01, q * q - 1.0));
+            }
+            if (k == 5 || k == 6) {  // larger, the shadow's middle or the terminator staying
+              const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+              const double fixed = k == 5 ? kCentroid * (stretch + 1.0 / stretch) : 1.0 / stretch;
+              t.a -= sign * step * t.along * fixed;
+              t.along *= 1.0 + sign * step;
+              t.across *= 1.0 + sign * step;
+            }
+            if (k == 4) t.slope *= 1.0 + 1.5 * sign * step;
+            if (t.across < least_across_px || t.across > kFitMostAcross_px || t.slope > most_slope_ ||
+                t.slope < 0.1 || std::fabs(t.a) > half_columns_ || std::fabs(t.b) > kFitMostAcross_px ||
+                t.along > 1.8 * t.across || t.along < 0.55 * t.across) {
+              break;
+            }
+            if (!consider(t, 1)) break;
+            better = true;
+          }
+        }
+      }
+      if (!better) break;
+    }
+  }
+}
+
+void ShadowFitter::measure(const Trial& t, ShadowFit& fit) const {
+  const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+  const double tip = t.along * stretch;
+  const double terminator = t.along / stretch;
+  const double rim = 0.35 * t.across + 1.0;
+  const double scale = 1.0 / (t.across * t.across);
+  const double contrast = kOne * (fit.ground - fit.dark);
+  double beyond = 0.0, before = 0.0, before_n = 0.0, left = 0.0, right = 0.0, dark_side = 0.0, lit_side = 0.0,
+         near_n = 0.0, square = 0.0, square_n = 0.0, mean = 0.0;
+  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - t.across)));
+  const int last = std::min(half_rows_, static_cast<int>(std::floor(t.b + t.across)));
+  for (int row = first; row <= last; ++row) {
+    const double w = std::sqrt(std::max(0.0, 1.0 - (row - t.b) * (row - t.b) * scale));
+    const double a0 = t.a - t.along * w;
+    const double a1 = t.a + terminator * w;
+    const double a2 = t.a + tip * w;
+    before += part(row, a0 - 0.5 - rim, a0 - 0.5);
+    beyond += part(row, a2 + 0.5, a2 + 0.5 + rim);
+    before_n += rim;
+    const double near = std::min(0.5 * (a2 - a1), 0.4 * t.across);
+    dark_side += part(row, a1, a1 + near);
+    lit_side += part(row, a1 - near, a1);
+    near_n += near;
+    for (int a = static_cast<int>(std::ceil(a1)); a <= static_cast<int>(std::floor(a2)); ++a) {
+      if (a < -half_columns_ || a > half_columns_) continue;
+      const double d = samples_[static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 1) +
+                                static_cast<std::size_t>(a + half_columns_)];
+      square += d * d;
+      mean += d;
+      square_n += 1.0;
+    }
+  }
+  const int flank = std::max(1, static_cast<int>(std::lround(rim)));
+  for (int i = 1; i <= flank; ++i) {
+    const double from = t.a + 0.5 * terminator;
+    const double to = t.a + 0.8 * tip;
+    left += part(std::max(-half_rows_, first - i), from, to);
+    right += part(std::min(half_rows_, last + i), from, to);
+  }
+  const double flank_n = flank * (0.8 * tip - 0.5 * terminator);
+  fit.beyond = beyond / before_n / contrast;
+  fit.before = before / before_n / contrast;
+  fit.beside = std::max(left, right) / flank_n / contrast;
+  fit.step = near_n > 0.0 ? (dark_side - lit_side) / near_n / contrast : 0.0;
+  if (square_n > 1.0) {
+    mean /= square_n;
+    fit.spread = std::sqrt(std::max(0.0, square / square_n - mean * mean)) / contrast;
+  }
+}
+
+ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px) {
+  ShadowFit fit;
+  if (!sample(grey, valid, u, v)) return fit;
+  Trial best{};
+  double most = 0.0;
+  search(least_across_px, best, most);
+  if (most <= 0.0) return fit;
+  const Sums s = sums(best, 1);
+  fit.du_px = best.a * cos_ - best.b * sin_;
+  fit.dv_px = best.a * sin_ + best.b * cos_;
+  fit.across_px = best.across;
+  fit.along_px = best.along;
+  fit.reach_px = best.along * std::sqrt(1.0 + best.slope * best.slope);
+  fit.ground = ground_;
+  fit.noise = noise_;
+  fit.dark = ground_ - s.dark / s.dark_n / kOne;
+  fit.lit = ground_ - s.lit / s.lit_n / kOne;
+  fit.explained = most / (kOne * kOne);
+  measure(best, fit);
+  fit.found = true;
+  return fit;
+}
+
+}  // namespace cairn::ground

@@ -1,0 +1,144 @@
+#include "ortho/heights.hpp"
+
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <tuple>
+
+#include "base/quiet_gdal.hpp"
+#include "base/tool_error.hpp"
+#include "ortho/reference_system.hpp"
+
+namespace cairn::ground {
+namespace {
+
+/// A boulder's place in the model, pixel centres at integers.
+struct Place {
+  std::size_t boulder = 0;
+  double u_px = 0.0;
+  double v_px = 0.0;
+};
+
+/// Boulders' places in the model's own reference system; NaN where they have none.
+std::vector<Vec2> places_in_model(GDALDataset& model, const std::string& name,
+                                  const std::vector<TableBoulder>& boulders,
+                                  const std::string& reference_system) {
+  std::vector<Vec2> places;
+  places.reserve(boulders.size());
+  for (const TableBoulder& b : boulders) places.push_back(b.p_map_m);
+  const OGRSpatialReference* const own = model.GetSpatialRef();
+  if (own == nullptr || own->IsLocal() != 0 || is_local_reference(reference_system)) return places;
+  const std::unique_ptr<OGRSpatialReference> to(own->Clone());
+  to->StripVertical();
+  to->SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  OGRSpatialReference from = reference_of(reference_system, name);
+  if (from.IsSame(to.get()) != 0) return places;
+  const QuietGdal quiet;
+  const std::unique_ptr<OGRCoordinateTransformation> between(
+      OGRCreateCoordinateTransformation(&from, to.get()));
+  if (between == nullptr) {
+    throw ToolError(
+        "{}: its reference system and the map's ({}) cannot be brought together{}; reproject it with "
+        "gdalwarp -t_srs",
+        name, reference_system, quiet.reason());
+  }
+  for (Vec2& place : places) {
+    double x = place.x();
+    double y = place.y();
+    place = between->Transform(1, &x, &y) != 0 ? Vec2(x, y) : Vec2(NAN, NAN);
+  }
+  return places;
+}
+
+/// Those on the model, by its blocks.
+std::vector<Place> places_on(GDALRasterBand& band, const double inverse[6], const std::vector<Vec2>& points) {
+  int block_width = 1;
+  int block_height = 1;
+  band.GetBlockSize(&block_width, &block_height);
+  std::vector<Place> places;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double column = inverse[0] + points[i].x() * inverse[1] + points[i].y() * inverse[2];
+    const double row = inverse[3] + points[i].x() * inverse[4] + points[i].y() * inverse[5];
+    if (!(column >= 0.0 && column <= band.GetXSize() && row >= 0.0 && row <= band.GetYSize())) continue;
+    places.push_back({i, std::clamp(column - 0.5, 0.0, band.GetXSize() - 1.0),
+                      std::clamp(row - 0.5, 0.0, band.GetYSize() - 1.0)});
+  }
+  const auto block = [&](const Place& p) {
+    return std::make_tuple(static_cast<int>(p.v_px) / block_height, static_cast<int>(p.u_px) / block_width,
+                           p.boulder);
+  };
+  std::sort(places.begin(), places.end(),
+            [&](const Place& a, const Place& b) { return block(a) < block(b); });
+  return places;
+}
+
+/// NaN where a pixel that counts has no data.
+double height_at(GDALRasterBand& band, GDALRasterBand* mask, const Place& place, QuietGdal& quiet) {
+  const int u = std::min(static_cast<int>(place.u_px), std::max(0, band.GetXSize() - 2));
+  const int v = std::min(static_cast<int>(place.v_px), std::max(0, band.GetYSize() - 2));
+  const int width = std::min(2, band.GetXSize());
+  const int height = std::min(2, band.GetYSize());
+  double z[4] = {};
+  std::uint8_t valid[4] = {255, 255, 255, 255};
+  quiet.check(band.RasterIO(GF_Read, u, v, width, height, z, width, height, GDT_Float64, 0, 0, nullptr));
+  if (mask != nullptr)
+    quiet.check(mask->RasterIO(GF_Read, u, v, width, height, valid, width, height, GDT_Byte, 0, 0, nullptr));
+  const double right = place.u_px - u;
+  const double down = place.v_px - v;
+  double sum = 0.0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const double weight = (x == 0 ? 1.0 - right : right) * (y == 0 ? 1.0 - down : down);
+      if (weight == 0.0) continue;
+      const int i = y * width + x;
+      if (valid[i] == 0) return std::numeric_limits<double>::quiet_NaN();
+      sum += weight * z[i];
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBoulder>& boulders,
+                           const std::string& reference_system) {
+  const std::string name = dem.string();
+  QuietGdal quiet;
+  const std::unique_ptr<GDALDataset> model(
+      GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+  if (model == nullptr || model->GetRasterCount() == 0)
+    throw ToolError("{}: cannot be read as an elevation model{}; check the name", name, quiet.reason());
+  double geo[6] = {};
+  double inverse[6] = {};
+  if (model->GetGeoTransform(geo) != CE_None || GDALInvGeoTransform(geo, inverse) == 0) {
+    throw ToolError("{}: has no geo-reference; give an elevation model with one (GeoTIFF, or a world file)",
+                    name);
+  }
+  GDALRasterBand& band = *model->GetRasterBand(1);
+  GDALRasterBand* const mask = band.GetMaskFlags() == GMF_ALL_VALID ? nullptr : band.GetMaskBand();
+  const double scale = band.GetScale(nullptr);
+  const double offset = band.GetOffset(nullptr);
+
+  for (TableBoulder& b : boulders) b.ground_z_m = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Place> places =
+      places_on(band, inverse, places_in_model(*model, name, boulders, reference_system));
+  std::size_t known = 0;
+  for (const Place& place : places) {
+    const double z_m = height_at(band, mask, place, quiet) * scale + offset;
+    if (quiet.failed()) throw ToolError("{}: cannot be read whole{}; check the file", name, quiet.reason());
+    if (!std::isfinite(z_m)) continue;
+    boulders[place.boulder].ground_z_m = z_m;
+    ++known;
+  }
+  if (known == 0 && !boulders.empty()) {
+    throw ToolError("{}: knows no height under any of the {} boulders; give the elevation model of this site",
+                    name, boulders.size());
+  }
+  return known;
+}
+
+}  // namespace cairn::ground

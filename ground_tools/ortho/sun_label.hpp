@@ -1,0 +1,34 @@
+/// Where the sun stood, as an orthoimage's label tells it.
+#pragma once
+
+#include <optional>
+
+#include "ortho/sun.hpp"
+
+class GDALDataset;
+
+namespace cairn::ground {
+
+/// Looks for the sun in what the image says of itself: GDAL's metadata items, the labels of ISIS cubes, PDS3
+/// and PDS4 products, and a PDS3 label of the same name beside the image (`.LBL`, as HiRISE has them beside
+/// JPEG 2000). Names are compared without case, underlines and blanks; angles are degrees.
+///
+///   elevation   SUN_ELEVATION, SOLAR_ELEVATION (each also ..._ANGLE), or 90 less INCIDENCE_ANGLE or
+///               SOLAR_INCIDENCE_ANGLE
+///   azimuth     SUN_AZIMUTH, SOLAR_AZIMUTH (each also ..._ANGLE), ISIS's SubSolarGroundAzimuth: clockwise
+///               from north. Else SUB_SOLAR_AZIMUTH or SUBSOLAR_AZIMUTH, which PDS, HiRISE and ISIS measure
+///               clockwise from the line that leads from the image's centre to the right (3 o'clock): less
+///               NORTH_AZIMUTH, measured alike, where the label has it, and else the image's up
+///               is north, 270 degrees
+///
+/// An ISIS cube without these keys, but with the tables that `spiceinit` puts into it (SunPosition,
+/// BodyRotation), tells the sun all the same: its direction in the body's frame, seen from the middle
+/// of the image.
+///
+/// North of a label is the pole's; the result is turned into the map's, whose y axis departs from it where
+/// meridians converge (polar systems); without a reference system both are the same.
+///
+/// Nothing where elevation or azimuth is missing, no number, or out of range (elevation 1 to 90 degrees).
+std::optional<Sun> find_sun(GDALDataset& image);
+
+}  // namespace cairn::ground

@@ -1,0 +1,257 @@
+// The program `cairn map build` itself: killed and started again, under mpirun, on every kind of file, and
+// each bad input in one line that names it and the mend, with nothing half-written.
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "base/boulder_table.hpp"
+#include "core/random.hpp"
+#include "ground_tools/program.hpp"
+#include "ground_tools/test_images.hpp"
+#include "support/data.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const test::Scratch scratch;
+test::Ended ended;
+
+std::string file(const std::string& name) { return scratch.path(name).string(); }
+
+int build(const std::string& arguments, const std::string& before = "") {
+  ended = test::run_cairn(scratch, "map build " + arguments, before);
+  return ended.code;
+}
+
+/// Bytes of what `name` and its table hold.
+std::vector<std::uint8_t> products(const std::string& name) {
+  std::vector<std::uint8_t> bytes = read_file(file(name + ".cmap"));
+  const std::vector<std::uint8_t> table = read_file(file(name + ".csv"));
+  bytes.insert(bytes.end(), table.begin(), table.end());
+  return bytes;
+}
+std::string into(const std::string& name) {
+  return " -o " + file(name + ".cmap") + " --csv " + file(name + ".csv");
+}
+
+int ground_level(int, int x, int y) {
+  const auto hash = static_cast<unsigned>(x * 7919 + y * 104729);
+  const int noise = static_cast<int>((hash ^ (hash >> 7) ^ (hash >> 13)) % 17);
+  const int u = x % 90 - 45;
+  const int v = y % 75 - 37 + x / 90 % 5;
+  const int r = 6 + (x / 90 * 5 + y / 75 * 3) % 9;
+  return u * u / 3 + v * v < r * r ? 35 + noise / 2 : 110 + noise;
+}
+
+constexpr int kSide = 1200;
+
+void georeference(const fs::path& path, int epsg = 32633) {
+  const std::unique_ptr<GDALDataset> data(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+  double geo[6] = {500000.0, 0.02, 0.0, 80000.0, 0.0, -0.02};
+  data->SetGeoTransform(geo);
+  OGRSpatialReference system;
+  system.importFromEPSG(epsg);
+  data->SetSpatialRef(&system);
+}
+
+fs::path tiff(const char* name, int bands = 1, int side = kSide, int epsg = 32633) {
+  const fs::path path = scratch.path(name);
+  test::write_image(path, "GTiff", GDT_Byte, side, side, bands, ground_level);
+  georeference(path, epsg);
+  return path;
+}
+
+void convert(const fs::path& from, const char* driver, const fs::path& to) {
+  GDALAllRegister();
+  const std::unique_ptr<GDALDataset> data(GDALDataset::Open(from.c_str(), GDAL_OF_RASTER));
+  const std::unique_ptr<GDALDataset> made(GetGDALDriverManager()->GetDriverByName(driver)->CreateCopy(
+      to.c_str(), data.get(), 0, nullptr, nullptr, nullptr));
+  assert_non_null(made.get());
+}
+
+int setup(void**) {
+  tiff("site.tif");
+  assert_int_equal(build(file("site.tif") + into("whole")), 0);
+  assert_at_least(read_csv(file("whole.csv")).size(), 100);
+  return 0;
+}
+
+void test_options_that_change_nothing(void**) {
+  for (const char* options : {" --tile 128", " --tile 333 --threads 3", " --threads 1 --method otsu"}) {
+    assert_int_equal(build(file("site.tif") + into("again") + options), 0);
+    assert_true(products("again") == products("whole"));
+  }
+}
+
+void test_the_same_from_other_formats(void**) {
+  convert(file("site.tif"), "VRT", file("site.vrt"));
+  assert_int_equal(build(file("site.vrt") + into("vrt")), 0);
+  assert_true(products("vrt") == products("whole"));
+  GDALAllRegister();
+  if (GetGDALDriverManager()->GetDriverByName("JP2OpenJPEG") == nullptr) {
+    print_message("skipped: JPEG 2000, no driver\n");
+    return;
+  }
+  convert(file("site.tif"), "JP2OpenJPEG", file("site.jp2"));  // with losses
+  assert_int_equal(build(file("site.jp2") + into("jp2")), 0);
+  const std::size_t found = read_csv(file("jp2.csv")).size();
+  const std::size_t expected = read_csv(file("whole.csv")).size();
+  assert_in_range(found, expected - expected / 20, expected + expected / 20);
+}
+
+void test_isis_cube(void**) {
+  static std::string folder;
+  folder = test::find_data("hirise");
+  SKIP_WITHOUT(folder, "hirise");
+  const std::string cube = folder + "/no_change_before.cub";  // real numbers, special pixels
+  assert_int_equal(build(cube + " --method otsu" + into("cube")), 0);
+  assert_int_equal(build(cube + " --method otsu --tile 100" + into("cube_tiles")), 0);
+  assert_true(products("cube") == products("cube_tiles"));
+  assert_int_equal(build(folder + "/no_change_before.tif --method otsu" + into("tif")), 0);
+  const std::size_t found = read_csv(file("cube.csv")).size();
+  assert_in_range(found, read_csv(file("tif.csv")).size() / 2, read_csv(file("tif.csv")).size() * 2);
+}
+
+void test_sun_chooses_the_method(void**) {
+  assert_int_equal(build(file("site.tif") + into("shadow") + " --sun 40,270"), 0);
+  static std::string said;
+  const std::vector<std::uint8_t> bytes = read_file(scratch.path("stdout"));
+  said.assign(bytes.begin(), bytes.end());
+  assert_true(said.find("method shadow") != std::string::npos);
+  assert_true(products("shadow") != products("whole"));
+  assert_int_equal(build(file("site.tif") + into("again") + " --sun 40,270 --method otsu"), 0);
+  assert_true(products("again") == products("whole"));
+  test::check_refusal(scratch, "map build " + file("site.tif") + into("no") + " --method shadow", "site.tif",
+                      "--sun");
+  test::check_refusal(scratch, "map build " + file("site.tif") + into("no") + " --sun 95,0", "--sun", "");
+}
+
+/// Killed at many moments, each time started again; then ended by a signal that it hears.
+void test_killed_and_started_again(void**) {
+  const std::string state = file("killed.cmap.part");
+  const std::string arguments = file("site.tif") + into("killed") + " --tile 64 --threads 1 --state " + state;
+  int killed = 0;
+  for (int delay_ms = 20; delay_ms < 4000; delay_ms += delay_ms / 4 + 5) {
+    fs::remove(file("killed.cmap"));
+    const std::string limit = "timeout -s KILL " + std::to_string(delay_ms / 1000) + "." +
+                              std::to_string(1000 + delay_ms % 1000).substr(1) + " ";
+    if (build(arguments, limit) == 0) break;
+    ++killed;
+    // Whole where it is there: the last thing before the end is to take the state away.
+    if (fs::exists(file("killed.cmap")))
+      assert_true(read_file(file("killed.cmap")) == read_file(file("whole.cmap")));
+  }
+  assert_int_equal(build(arguments), 0);
+  assert_true(products("killed") == products("whole"));
+  assert_false(fs::exists(state));
+  print_message("killed %d times\n", killed);
+}
+
+void test_full_disk(void**) {
+  const std::string limit = "trap '' XFSZ; ulimit -f 4; ";
+  fs::create_directory(scratch.path("full"));
+  const std::string state = file("full/site.part");
+  assert_int_equal(
+      build(file("site.tif") + " --tile 64 -o " + file("full/site.cmap") + " --state " + state, limit), 1);
+  assert_true(test::is_one_line(ended.errors));
+  assert_true(ended.errors.find("site.part: writing failed") != std::string::npos);
+  // What is whole stays, and is gone on from.
+  assert_int_equal(build(file("site.tif") + " --tile 64 -o " + file("full/site.cmap") + " --state " + state),
+                   0);
+  assert_true(read_file(file("full/site.cmap")) == read_file(file("whole.cmap")));
+  fs::remove(file("full/site.cmap"));
+  assert_int_equal(
+      build(file("site.tif") + " -o " + file("full/site.cmap") + " --csv " + file("full/site.csv"), limit),
+      1);
+  assert_true(test::is_one_line(ended.errors));
+  assert_true(fs::is_empty(scratch.path("full")));
+}
+
+/// Only what is asked for may lie in the folder afterwards: nothing.
+void check_bad(const std::string& image, const char* what, const char* mend,
+               const std::string& options = "") {
+  fs::create_directories(scratch.path("bad").parent_path() / "bad");
+  test::check_refusal(scratch, "map build " + image + " -o " + file("bad/site.cmap") + options, what, mend);
+  assert_true(fs::is_empty(scratch.path("bad")));
+}
+
+void test_bad_images(void**) {
+  check_bad(file("absent.tif"), "absent.tif", "check the name");
+  test::write_image(scratch.path("bare.tif"), "GTiff", GDT_Byte, 50, 50, 1, ground_level);
+  check_bad(file("bare.tif"), "bare.tif", "geo-reference");
+  tiff("degrees.tif", 1, 50, 4326);
+  check_bad(file("degrees.tif"), "degrees.tif", "gdalwarp");
+  test::write_image(scratch.path("flat.tif"), "GTiff", GDT_Byte, 50, 50, 1, [](int, int, int) { return 9; });
+  georeference(scratch.path("flat.tif"));
+  check_bad(file("flat.tif"), "flat.tif", "same value");
+  check_bad(file("flat.tif"), "flat.tif", "same value", " --sun 40,90");
+  {
+    const std::unique_ptr<GDALDataset> data(
+        GDALDataset::Open(file("flat.tif").c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    data->GetRasterBand(1)->SetNoDataValue(9.0);
+  }
+  check_bad(file("flat.tif"), "flat.tif", "no data");
+  fs::copy_file(file("site.tif"), file("cut.tif"));
+  fs::resize_file(file("cut.tif"), 700000);
+  check_bad(file("cut.tif"), "cut.tif", "whole");
+  check_bad(file("cut.tif"), "cut.tif", "whole", " --sun 40,90");
+  check_bad(file("site.tif"), "--band", "1", " --band 7");
+  check_bad(file("site.tif"), "--tile", "", " --tile 3");
+  check_bad(file("site.tif"), "no boulder", "--min-diameter", " --min-diameter 50");
+}
+
+void test_three_bands_are_their_mean(void**) {
+  tiff("rgb.tif", 3);
+  assert_int_equal(build(file("rgb.tif") + into("rgb")), 0);
+  assert_true(products("rgb") == products("whole"));  // three times the same band
+}
+
+void test_ranks(void**) {
+  if (std::system("command -v mpirun >/dev/null 2>&1") != 0) {
+    print_message("skipped: mpirun is not installed\n");
+    skip();
+  }
+  // Three processes on a machine that may have fewer cores and be used by root; MPI's own leaks are not ours.
+  const std::string run =
+      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 "
+      "ASAN_OPTIONS=detect_leaks=0 timeout 300 mpirun -n ";
+  for (const char* ranks : {"1 ", "3 "}) {
+    assert_int_equal(build(file("site.tif") + into("ranks") + " --tile 200", run + ranks), 0);
+    assert_true(products("ranks") == products("whole"));
+  }
+  assert_int_equal(build(file("site.tif") + into("shadow3") + " --tile 500 --sun 40,270", run + "3 "), 0);
+  assert_true(products("shadow3") == products("shadow"));
+  // An error ends all of them, and is told once.
+  assert_true(build(file("cut.tif") + " -o " + file("bad/site.cmap"), run + "3 ") != 0);
+  const std::size_t first = ended.errors.find("cairn: ");
+  assert_true(first != std::string::npos && ended.errors.find("cairn: ", first + 1) == std::string::npos);
+  assert_true(fs::is_empty(scratch.path("bad")));
+  assert_true(build("--no-such-option", run + "3 ") != 0);
+  const std::size_t once = ended.errors.find("cairn: ");
+  assert_true(once != std::string::npos && ended.errors.find("cairn: ", once + 1) == std::string::npos);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_options_that_change_nothing),
+      cmocka_unit_test(test_the_same_from_other_formats),
+      cmocka_unit_test(test_isis_cube),
+      cmocka_unit_test(test_sun_chooses_the_method),
+      cmocka_unit_test(test_killed_and_started_again),
+      cmocka_unit_test(test_full_disk),
+      cmocka_unit_test(test_bad_images),
+      cmocka_unit_test(test_three_bands_are_their_mean),
+      cmocka_unit_test(test_ranks),
+  };
+  return cmocka_run_group_tests_name("ground_tools/commands/cmd_map_build", tests, setup, nullptr);
+}

@@ -1,0 +1,111 @@
+// The program `cairn map uplink`: what it writes is ready to be sent; bad input ends in one line
+// and nothing written.
+#include "app/telecommand.hpp"
+#include "base/output_file.hpp"
+#include "cmap/uplink.hpp"
+#include "ground_tools/program.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const test::Scratch scratch;
+std::vector<std::uint8_t> map;
+
+std::string good() {
+  return " " + scratch.path("site.cmap").string() + " --path " + scratch.path("path.csv").string();
+}
+std::string to(const char* folder) { return " -o " + scratch.path(folder).string(); }
+
+int make_input(void**) {
+  std::vector<TableBoulder> boulders(200);
+  for (int i = 0; i < 200; ++i) {
+    boulders[i].p_map_m = Vec2(0.37 * (i * 7 % 100), 0.23 * (i * 31 % 100));
+    boulders[i].diameter_m = 0.2 + 0.001 * i;
+  }
+  map = encode_cmap(boulders, extent_of(boulders), 0.01, {});
+  OutputFile file(scratch.path("site.cmap"));
+  file.write(map);
+  file.commit();
+  scratch.file("path.csv", "x,y\n1,1\n30,20\n");
+  return 0;
+}
+
+void test_packets(void**) {
+  const test::Ended ended =
+      test::run_cairn(scratch, "map uplink" + good() + to("up") + " --chunk 64 --sequence 7");
+  assert_int_equal(ended.code, 0);
+  const PlannedPath path = path_of({Vec2(1, 1), Vec2(30, 20)});
+  UplinkParams params;
+  params.chunk_bytes = 64;
+  static Cut cut;
+  cut = cut_corridor(map, "site.cmap", path, params, std::nullopt);
+  assert_true(read_file(scratch.path("up/map.cmap")) == cut.map);
+  static std::vector<std::uint8_t> expected;
+  expected = begin_packet(cut.upload, 7);
+  std::uint32_t sequence = 8;
+  for (const std::uint32_t n : send_order(cut.upload, cut.rank_of_tile)) {
+    const PacketBytes packet = chunk_packet(cut.upload, n, sequence++);
+    expected.insert(expected.end(), packet.begin(), packet.end());
+  }
+  assert_true(read_file(scratch.path("up/upload.tc")) == expected);
+  assert_true(read_file(scratch.path("up/use.tc")) == use_packet(cut.upload, sequence));
+  assert_int_equal(expected.size() + 16, link_bytes(cut.upload.plan));
+}
+
+void test_lost_chunks_alone(void**) {
+  assert_int_equal(
+      test::run_cairn(scratch, "map uplink" + good() + to("up5") + " --chunk 64 --only 1,0").code, 0);
+  static std::vector<std::uint8_t> sent;
+  static std::vector<std::uint8_t> all;
+  sent = read_file(scratch.path("up5/upload.tc"));
+  assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up5") + " --chunk 64").code, 0);
+  all = read_file(scratch.path("up5/upload.tc"));
+  assert_int_equal(sent.size(), 2 * (64 + 22));
+  assert_int_equal(sent[8 + 5], 0);  // head first: chunk 0, then 1
+  assert_memory_equal(sent.data() + 8, all.data() + 23 + 8, 64 + 10);
+}
+
+void test_json(void**) {
+  assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up2") + " --json").code, 0);
+  assert_true(read_file(scratch.path("stdout")) == read_file(scratch.path("up2/report.json")));
+}
+
+void test_base(void**) {
+  assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up3")).code, 0);
+  const std::string base = " --base " + scratch.path("up3/map.cmap").string();
+  assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up4") + base).code, 0);
+  assert_true(read_file(scratch.path("up4/upload.tc")).size() < 400);  // nothing has changed
+}
+
+void check_refused(const std::string& arguments, const char* what, const char* mend) {
+  test::check_refusal(scratch, "map uplink" + arguments + to("none"), what, mend);
+  assert_false(fs::exists(scratch.path("none")));
+}
+
+void test_refusals(void**) {
+  const std::string site = " " + scratch.path("site.cmap").string();
+  const auto with = [&](const char* csv) { return site + " --path " + scratch.file("p.csv", csv).string(); };
+  check_refused(site + " --path missing.csv", "missing.csv", "check the name");
+  check_refused(with("x,y\n1,1\n2,a\n"), "p.csv:3", "mend this line");
+  check_refused(with("x,y\n1,1\n"), "p.csv", "two or more");
+  check_refused(with("x,y\n1,1\n2000,1\n"), "way-point 2", "move it");
+  check_refused(" " + scratch.path("path.csv").string() + " --path " + scratch.path("path.csv").string(),
+                "path.csv", "is truncated");
+  check_refused(good() + " --budget 60", "--budget", "is the least");
+  check_refused(good() + " --chunk 8", "--chunk", "16 to 490");
+  check_refused(good() + " --base " + scratch.path("path.csv").string(), "path.csv", "is truncated");
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_packets), cmocka_unit_test(test_lost_chunks_alone), cmocka_unit_test(test_json),
+      cmocka_unit_test(test_base),    cmocka_unit_test(test_refusals),
+  };
+  return cmocka_run_group_tests(tests, make_input, nullptr);
+}

@@ -1,0 +1,212 @@
+// The program `cairn run` itself: each bad input ends in one line on stderr that names it and the mend, exit
+// code 1 and no file; a good run leaves its ten files and nothing else.
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "base/output_file.hpp"
+#include "cmap/cmap_file.hpp"
+#include "core/big_endian.hpp"
+#include "core/crc32.hpp"
+#include "ground_tools/program.hpp"
+#include "ground_tools/test_images.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const test::Scratch scratch;
+std::string errors;  // what the last run wrote on stderr
+std::vector<std::uint8_t> map;
+
+int cairn(const std::string& arguments) {
+  const test::Ended ended = test::run_cairn(scratch, arguments);
+  errors = ended.errors;
+  return ended.code;
+}
+
+std::string set(const char* name = "set") { return " --dataset " + scratch.path(name).string(); }
+std::string out() { return " -o " + scratch.path("out").string(); }
+std::string map_at(const char* name) { return " --map " + scratch.path(name).string(); }
+const std::string kStart = " --start 1,2,0,0,0,90";
+
+/// Refused, without results: not even a folder.
+void check_refused(const std::string& arguments, const char* what, const char* mend) {
+  test::check_refusal(scratch, "run" + arguments, what, mend);
+  if (fs::exists(scratch.path("out"))) fail_msg("cairn run%s: left an output folder", arguments.c_str());
+}
+
+void save(const char* name, const std::vector<std::uint8_t>& bytes) {
+  OutputFile file(scratch.path(name));
+  file.write(bytes);
+  file.commit();
+}
+
+void make_set(const std::string& name, int width, int height) {
+  for (const char* image : {"/left/0.png", "/right/0.png", "/left/1.png", "/right/1.png"})
+    test::write_grey_png(scratch.path(name + image), width, height);
+  scratch.file(name + "/calib.txt", "80 80 31.5 31.5 0.12\n");
+}
+
+int make_input(void**) {
+  make_set("set", 64, 64);
+  make_set("large", cfg::kImageWidth + 2, cfg::kImageHeight);
+  std::vector<TableBoulder> boulders(3);
+  for (int i = 0; i < 3; ++i) {
+    boulders[i].p_map_m = Vec2(i, 2.0 * i);
+    boulders[i].diameter_m = 0.2;
+  }
+  map = encode_cmap(boulders, extent_of(boulders), 0.01, {});
+  save("good.cmap", map);
+  return 0;
+}
+
+int files_in(const fs::path& folder) {
+  int count = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder)) ++count;
+  return count;
+}
+
+void test_good_runs(void**) {
+  for (const std::string& arguments :
+       {kStart + " --no-map", kStart + map_at("good.cmap"), std::string(" --no-map"),
+        std::string(" --start -1.5,-2,0,0,0,-90 --no-map --frames 1: --degrade scale=1.02,yaw=-0.1deg/m")}) {
+    const int code = cairn("run" + set() + out() + arguments);
+    if (code != 0 || !errors.empty()) fail_msg("%s: %d, %s", arguments.c_str(), code, errors.c_str());
+    for (const char* name : {"vo.tum", "corrected.tum", "truth.tum", "boulders.csv", "orbital.csv",
+                             "fixes.csv", "frames.csv", "summary.json", "pictures.json", "plot.svg"}) {
+      assert_true(fs::file_size(scratch.path("out") / name) > 0);
+    }
+    assert_int_equal(files_in(scratch.path("out")), 10);
+  }
+  fs::remove_all(scratch.path("out"));
+}
+
+void test_an_image_that_cannot_be_read_is_a_warning(void**) {
+  make_set("holes", 64, 64);
+  scratch.file("holes/left/1.png", "no PNG");
+  assert_int_equal(cairn("run" + set("holes") + out() + kStart + " --no-map"), 0);
+  assert_true(errors.find("cairn: warning: ") == 0 && errors.find("left/1.png") != std::string::npos);
+  fs::remove_all(scratch.path("out"));
+}
+
+void test_data_sets(void**) {
+  check_refused(set("nowhere") + out() + kStart + " --no-map", "nowhere", "folder");
+  check_refused(out() + kStart + " --no-map", "--dataset", "--scene");
+  check_refused(set() + " --scene nowhere.toml" + out() + " --no-map", "--dataset", "leave one out");
+  check_refused(" --scene " + scratch.path("nowhere.toml").string() + out() + " --no-map", "nowhere.toml",
+                "file");
+  check_refused(" --set rig.height_m=1" + out() + " --no-map", "custom", "MISSION");
+  check_refused(set() + kStart + " --no-map", "--output", "--help");
+  check_refused(set("large") + out() + kStart + " --no-map", "large", "MISSION");
+  check_refused(set() + out() + map_at("good.cmap"), "no truth to start from", "--start");
+}
+
+void test_which_map(void**) {
+  check_refused(set() + out() + kStart, "--map", "--no-map");
+  check_refused(set() + out() + kStart + map_at("good.cmap") + " --no-map", "--map", "leave one out");
+}
+
+void test_maps(void**) {
+  const std::string rest = set() + out() + kStart;
+  check_refused(rest + map_at("none.cmap"), "none.cmap", "check the name");
+  check_refused(rest + " --map " + scratch.path("set").string(), "set", "is it a file");
+  std::vector<std::uint8_t> bad = map;
+  bad.back() ^= 4U;
+  save("payload.cmap", bad);
+  check_refused(rest + map_at("payload.cmap"), "payload.cmap", "build it again");
+  bad = map;
+  bad[20] ^= 1U;
+  save("header.cmap", bad);
+  check_refused(rest + map_at("header.cmap"), "header.cmap", "build it again");
+  bad = map;
+  bad[cmap::kVersionAt] = cmap::kVersion + 1;
+  const std::size_t crc_at = be::get_u16(bad.data() + cmap::kHeadBytesAt) - cmap::kCrcBytes;
+  be::put_u32(bad.data() + crc_at, crc32(bad.data(), crc_at));
+  save("version.cmap", bad);
+  check_refused(rest + map_at("version.cmap"), "version.cmap: has a version", "build it again");
+  bad.assign(map.begin(), map.end() - 3);
+  save("short.cmap", bad);
+  check_refused(rest + map_at("short.cmap"), "short.cmap: is truncated", "build it again");
+  save("empty.cmap", {});
+  check_refused(rest + map_at("empty.cmap"), "empty.cmap: is empty", "build it again");
+  save("barren.cmap", encode_cmap({}, {0.0, 0.0, 10.0, 10.0}, 0.01, {}));
+  check_refused(rest + map_at("barren.cmap"), "barren.cmap: holds no boulder", "build it");
+  scratch.file("text.cmap", std::string(500, 'x'));
+  check_refused(rest + map_at("text.cmap"), "text.cmap: is not a .cmap map", "cairn map build");
+}
+
+void test_frames(void**) {
+  const std::string rest = set() + out() + kStart + " --no-map --frames ";
+  for (const char* part : {"1", "a:b", "1:2:3", "1:x", "-1:2", "1.5:2", "99999999999:", "'1 :2'"})
+    check_refused(rest + part, "--frames", "FIRST:END");
+  for (const char* part : {"2:", "1:1", "1:0", ":0"}) check_refused(rest + part, "--frames", "a part of 0:2");
+}
+
+void test_starts(void**) {
+  const std::string rest = set() + out() + " --no-map --start ";
+  for (const char* pose : {"1", "1,2,3,4,5", "1,2,3,4,5,6,7", "1,2,3,4,5,", "x,2,3,4,5,6", "nan,2,3,4,5,6",
+                           "1,inf,3,4,5,6", "1,2,3,4,5,nan", "1e999,2,3,4,5,6", "1,2,3,4,5,6m"})
+    check_refused(rest + pose, "--start", "x,y,z,roll,pitch,yaw");
+}
+
+void test_degrades(void**) {
+  const std::string rest = set() + out() + kStart + " --no-map --degrade ";
+  for (const char* trim : {"1.02", "scale", "scale=", "scale=x", "size=1", "yaw=0.1", "yaw=deg/m",
+                           "yaw=xdeg/m", "scale=1,,yaw=0deg/m", "scale=nan", "scale=inf", "yaw=nanrad/m"})
+    check_refused(rest + trim, "--degrade", "scale=1.02,yaw=0.1deg/m");
+  for (const char* trim : {"scale=0.4", "scale=3", "yaw=90deg/m"})
+    check_refused(rest + trim, "--degrade", "scale is 0.5 to 2");
+}
+
+void test_outputs(void**) {
+  const std::string rest = set() + kStart + " --no-map -o ";
+  scratch.file("file", "");
+  check_refused(rest + scratch.path("file").string(), "file", "choose another");
+  check_refused(rest + (scratch.path("file") / "under").string(), "file/under", "choose another");
+  check_refused(rest + "/proc/cairn", "/proc/cairn", "choose another");
+}
+
+void test_pictures(void**) {
+  const std::string rest = set() + out() + kStart + " --no-map --pictures ";
+  for (const char* count : {"-1", "x", "101", "1.5"}) check_refused(rest + count, "--pictures", "--help");
+  for (const auto& [count, strips] : {std::pair("0", 0), {"1", 1}, {"100", 2}}) {
+    assert_int_equal(cairn("run" + rest + count), 0);
+    const std::vector<std::uint8_t> bytes = read_file(scratch.path("out/pictures.json"));
+    const nlohmann::json json = nlohmann::json::parse(bytes.begin(), bytes.end());
+    assert_int_equal(json.at("strips").size(), strips);
+    for (const auto& strip : json.at("strips"))
+      assert_true(strip.back().at("jpeg").get<std::string>().size() > 100);
+  }
+  fs::remove_all(scratch.path("out"));
+}
+
+void test_orthoimages(void**) {
+  const std::string rest = set() + out() + kStart + " --no-map --ortho ";
+  check_refused(rest + scratch.path("no.tif").string(), "no.tif", "check the name");
+  check_refused(rest + scratch.path("set/left/0.png").string(), "0.png", "gdalwarp");
+}
+
+void test_old_results_stay_where_a_run_is_refused(void**) {
+  scratch.file("old/vo.tum", "old");
+  assert_int_equal(cairn("run" + set() + kStart + " --no-map --frames 7: -o " + scratch.path("old").string()),
+                   1);
+  assert_int_equal(files_in(scratch.path("old")), 1);
+  assert_int_equal(fs::file_size(scratch.path("old/vo.tum")), 3);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_good_runs),   cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
+      cmocka_unit_test(test_data_sets),   cmocka_unit_test(test_which_map),
+      cmocka_unit_test(test_maps),        cmocka_unit_test(test_frames),
+      cmocka_unit_test(test_starts),      cmocka_unit_test(test_degrades),
+      cmocka_unit_test(test_outputs),     cmocka_unit_test(test_pictures),
+      cmocka_unit_test(test_orthoimages), cmocka_unit_test(test_old_results_stay_where_a_run_is_refused),
+  };
+  return cmocka_run_group_tests(tests, make_input, nullptr);
+}

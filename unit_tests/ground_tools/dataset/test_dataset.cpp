@@ -1,0 +1,239 @@
+// Data sets on disk: both layouts, what may be absent, and each refusal.
+#include "dataset/dataset.hpp"
+
+#include "ground_tools/scratch.hpp"
+#include "ground_tools/test_images.hpp"
+#include "support/data.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+using cairn::test::Scratch;
+
+namespace {
+
+const Scratch scratch;
+const char kPlainCalibration[] = "# a comment\n400 401 31.5 23.5 0.12\n";
+const char kRows[] =
+    "500 0 30 0 0 500 20 0 0 0 1 0\n"
+    "500 0 30 -250 0 500 20 0 0 0 1 0";  // no line end, as in real files
+
+void make_pairs(const std::string& set, const char* left, const char* right,
+                std::initializer_list<const char*> stems) {
+  for (const char* stem : stems) {
+    test::write_grey_png(scratch.path(set + "/" + left + "/" + stem + ".png"), 64, 48);
+    test::write_grey_png(scratch.path(set + "/" + right + "/" + stem + ".png"), 64, 48);
+  }
+}
+
+void test_plain_layout(void**) {
+  make_pairs("plain", "left", "right", {"000003", "000004", "000007"});
+  scratch.file("plain/calib.txt", kPlainCalibration);
+  scratch.file("plain/left/notes.txt", "not an image");
+  scratch.file("plain/truth_left_camera.tum", "# stamp\n3 1 2 3 0 0 0 1\n4 2 2 3 0 0 0.6 0.8\n");
+  scratch.file("plain/truth_rover.txt", "# frame\n4 0.06 5 6 7 90 0 0\n");
+  scratch.file("plain/truth_rocks.csv", "id,x,y,z_ground,diameter,height,shape\n9,1.5,-2.5,0.1,0.4,0.2,8\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("plain"));
+  assert_int_equal(data.frames().size(), 3);
+  assert_int_equal(data.frames()[2].number, 7);
+  assert_near(data.frames()[2].stamp_s, 7.0, 0.0);
+  assert_false(data.has_times());
+  assert_int_equal(data.rig().width_px, 64);
+  assert_int_equal(data.rig().height_px, 48);
+  assert_near(data.rig().fx_px, 400.0, 0.0);
+  assert_near(data.rig().fy_px, 401.0, 0.0);
+  assert_near(data.rig().cx_px, 31.5, 0.0);
+  assert_near(data.rig().cy_px, 23.5, 0.0);
+  assert_near(data.rig().baseline_m, 0.12, 0.0);
+  assert_true(data.truth_cam(0).has_value());
+  assert_near(data.truth_cam(1)->t.x(), 2.0, 0.0);
+  assert_near(data.truth_cam(1)->q.z(), 0.6, 1e-12);
+  assert_false(data.truth_cam(2).has_value());
+  assert_false(data.truth_rover(0).has_value());
+  assert_near(attitude_of(data.truth_rover(1)->q).yaw_rad, kPi / 2.0, 1e-12);
+  assert_near(data.truth_rover(1)->t.z(), 7.0, 0.0);
+  assert_int_equal(data.truth_rocks().size(), 1);
+  assert_int_equal(data.truth_rocks()[0].id, 9);
+  assert_near(data.truth_rocks()[0].p_map_m.y(), -2.5, 0.0);
+  assert_near(data.truth_rocks()[0].diameter_m, 0.4, 0.0);
+}
+
+// A camera moves 2 m forward, 1 m right and 0.5 m down in a KITTI-style world: in the map 2 m east, 1 m
+// south, 0.5 m down.
+void test_kitti_layout(void**) {
+  make_pairs("kitti", "image_0", "image_1", {"000000", "000001"});
+  scratch.file("kitti/calib.txt", kRows);
+  scratch.file("kitti/times.txt", "0\n0.1044989\n");
+  scratch.file("kitti/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0.5 0 0 1 2\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("kitti"));
+  assert_near(data.rig().fx_px, 500.0, 0.0);
+  assert_near(data.rig().cy_px, 20.0, 0.0);
+  assert_near(data.rig().baseline_m, 0.5, 1e-15);
+  assert_true(data.has_times());
+  assert_near(data.frames()[1].stamp_s, 0.1044989, 0.0);
+  const Pose3 pose = *data.truth_cam(1);
+  assert_near((pose.t - Vec3(2.0, -1.0, -0.5)).norm(), 0.0, 1e-12);
+  assert_near((pose.q * Vec3(0.0, 0.0, 1.0) - Vec3(1.0, 0.0, 0.0)).norm(), 0.0, 1e-12);   // forward is east
+  assert_near((pose.q * Vec3(0.0, 1.0, 0.0) - Vec3(0.0, 0.0, -1.0)).norm(), 0.0, 1e-12);  // down is down
+}
+
+// P2 stands 0.06 m left of the camera of the poses: (fx * 0.06 = 30), and the pair's baseline comes from P3.
+void test_kitti_colour_pair(void**) {
+  make_pairs("colour", "image_2", "image_3", {"0", "1"});
+  scratch.file("colour/calib.txt",
+               "P0: 500 0 30 0 0 500 20 0 0 0 1 0\nP1: 500 0 30 -250 0 500 20 0 0 0 1 0\n"
+               "P2: 500 0 30 30 0 500 20 0 0 0 1 0\nP3: 500 0 30 -240 0 500 20 0 0 0 1 0\n"
+               "Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  scratch.file("colour/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("colour"));
+  assert_near(data.rig().baseline_m, 0.54, 1e-12);
+  assert_near((data.truth_cam(1)->t - Vec3(2.0, 0.06, 0.0)).norm(), 0.0, 1e-12);
+}
+
+void test_missing_images_are_frames(void**) {
+  make_pairs("holes", "left", "right", {"8", "9", "10", "11"});
+  scratch.file("holes/calib.txt", kPlainCalibration);
+  std::filesystem::remove(scratch.path("holes/left/9.png"));
+  std::filesystem::remove(scratch.path("holes/right/10.png"));
+  scratch.file("holes/left/8.png", "not a PNG");  // the size comes from another image
+  static Dataset data;
+  data = Dataset::open(scratch.path("holes"));
+  assert_int_equal(data.frames().size(), 4);
+  assert_int_equal(data.frames()[0].number, 8);
+  assert_int_equal(data.frames()[3].number, 11);
+  assert_true(data.frames()[1].left.empty());
+  assert_false(data.frames()[1].right.empty());
+  assert_true(data.frames()[2].right.empty());
+  assert_int_equal(data.rig().width_px, 64);
+}
+
+void test_stamps_by_number(void**) {
+  make_pairs("stamps", "left", "right", {"000000", "000003"});
+  scratch.file("stamps/calib.txt", kPlainCalibration);
+  scratch.file("stamps/timestamps.txt",
+               "000000 1403715274000000000 0\n000001 1 0\n000003 1403715274500000000 0\n");
+  // Rows of poses.txt go by number where there are enough, else by frame.
+  scratch.file(
+      "stamps/poses.txt",
+      "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 1\n1 0 0 0 0 1 0 0 0 0 1 2\n1 0 0 0 0 1 0 0 0 0 1 3\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("stamps"));
+  assert_near(data.frames()[1].stamp_s - data.frames()[0].stamp_s, 0.5, 1e-6);
+  assert_near(data.truth_cam(1)->t.x(), 3.0, 1e-12);
+  scratch.file("stamps/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 7\n");
+  data = Dataset::open(scratch.path("stamps"));
+  assert_near(data.truth_cam(1)->t.x(), 7.0, 1e-12);
+  scratch.file("stamps/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n");
+  assert_refused(Dataset::open(scratch.path("stamps")), "poses.txt: 1 rows for 2 frames");
+  scratch.file("stamps/poses.txt", "1 0 0 0 0 2 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 7\n");
+  assert_refused(Dataset::open(scratch.path("stamps")), "poses.txt:1: the left 3x3 part is not a rotation");
+  scratch.file("stamps/timestamps.txt", "0 5\n3 5\n");
+  assert_refused(Dataset::open(scratch.path("stamps")), "timestamps.txt: the stamp of frame 3 is not after");
+  scratch.file("stamps/timestamps.txt", "0 5\n");
+  assert_refused(Dataset::open(scratch.path("stamps")), "no stamp for frame 3");
+  scratch.file("stamps/timestamps.txt", "0.5 5\n");
+  assert_refused(Dataset::open(scratch.path("stamps")), "timestamps.txt:1: 0.5 is not a whole number");
+}
+
+void test_refusals_of_images(void**) {
+  assert_refused(Dataset::open(scratch.path("nowhere")), "nowhere: no such folder");
+  std::filesystem::create_directories(scratch.path("empty") / "left");
+  assert_refused(Dataset::open(scratch.path("empty")), "right: no such folder");
+  std::filesystem::create_directories(scratch.path("empty") / "right");
+  assert_refused(Dataset::open(scratch.path("empty")), "left: no JPEG, PNG or TIFF");
+  scratch.file("empty/left/0.png", "x");
+  assert_refused(Dataset::open(scratch.path("empty")), "right: no JPEG, PNG or TIFF");
+  scratch.file("empty/right/0.png", "x");
+  assert_refused(Dataset::open(scratch.path("empty")), "no image can be read");
+  scratch.file("empty/right/0.jpg", "x");
+  assert_refused(Dataset::open(scratch.path("empty")), "frame '0' has two images");
+  std::filesystem::create_directories(scratch.path("bare") / "other");
+  assert_refused(Dataset::open(scratch.path("bare")), "no folder of left images");
+  make_pairs("digits", "left", "right", {"5", "04"});
+  assert_refused(Dataset::open(scratch.path("digits")), "the same number of digits");
+}
+
+void test_refusals_of_calibration(void**) {
+  make_pairs("calib", "left", "right", {"0"});
+  const auto refuse = [](const char* text, const char* word) {
+    scratch.file("calib/calib.txt", text);
+    assert_refused(Dataset::open(scratch.path("calib")), word);
+  };
+  assert_refused(Dataset::open(scratch.path("calib")), "calib.txt: no such file");
+  refuse("", "neither one line");
+  refuse("400 400 31.5 23.5\n", "neither one line");
+  refuse("400 400 31.5 x 0.12\n", "calib.txt:1: 'x' is not a finite number");
+  refuse("400 400 31.5 nan 0.12\n", "calib.txt:1: 'nan' is not a finite number");
+  refuse("400 400 31.5 23.5 -0.12\n", "above 0");
+  refuse("0 400 31.5 23.5 0.12\n", "above 0");
+  refuse("P0: 500 0 30 0 0 500 20 0 0 0 1 0\n", "neither one line");
+  refuse("500 0 30 0 0 500 20 0 0 0 1 0\n500 0 30 250 0 500 20 0 0 0 1 0\n", "swapped");
+  refuse("500 0 30 0 0 500 20 0 0 0 1 0\n501 0 30 -250 0 501 20 0 0 0 1 0\n", "rectified pair");
+  refuse("500 9 30 0 0 500 20 0 0 0 1 0\n500 0 30 -250 0 500 20 0 0 0 1 0\n", "calib.txt:1: not the 3x4");
+}
+
+// The two truth files tell the same: the camera sits on a 0.7 m mast, 39 degrees down (the set's README).
+void check_rendered_truth(const Dataset& data, std::size_t i) {
+  const Pose3 T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, data.rig().baseline_m);
+  const Pose3 difference = (*data.truth_rover(i) * T_rover_cam).inverse() * *data.truth_cam(i);
+  assert_near(difference.t.norm(), 0.0, 1e-5);
+  assert_near(quat_log(difference.q).norm(), 0.0, 1e-6);
+}
+
+// The sample that lies in the repository is whole: pairs, truth that agrees with itself, rocks.
+void test_sample(void**) {
+  static Dataset data;
+  data = Dataset::open(CAIRN_SOURCE_DIR "/unit_tests/integration/sample");
+  assert_int_equal(data.frames().size(), 91);
+  assert_int_equal(data.rig().width_px, 512);
+  assert_int_equal(data.rig().height_px, 384);
+  assert_int_equal(data.truth_rocks().size(), 537);
+  for (std::size_t i = 0; i < data.frames().size(); ++i) {
+    assert_false(data.frames()[i].left.empty() || data.frames()[i].right.empty());
+    check_rendered_truth(data, i);
+  }
+}
+
+void test_real_sets(void**) {
+  static std::string rendered, kitti, euroc;
+  rendered = test::find_data("rendered_dev");
+  kitti = test::find_data("kitti06");
+  euroc = test::find_data("euroc_still");
+  SKIP_WITHOUT(rendered, "rendered_dev");
+  SKIP_WITHOUT(kitti, "kitti06");
+  SKIP_WITHOUT(euroc, "euroc_still");
+  static Dataset data;
+  data = Dataset::open(rendered);
+  assert_int_equal(data.frames().size(), 417);
+  assert_int_equal(data.rig().width_px, 512);
+  assert_true(data.truth_rocks().size() > 1000);
+  for (std::size_t i = 0; i < data.frames().size(); i += 50) check_rendered_truth(data, i);
+  data = Dataset::open(kitti);
+  assert_int_equal(data.frames().size(), 51);
+  assert_near(data.rig().baseline_m, 0.5371506, 1e-6);
+  assert_true(data.truth_cam(50)->t.x() > 50.0);
+  data = Dataset::open(euroc);
+  assert_int_equal(data.frames().size(), 25);
+  assert_int_equal(data.frames()[24].number, 72);
+  assert_near(data.frames()[1].stamp_s - data.frames()[0].stamp_s, 0.15, 1e-6);
+  assert_true(data.truth_cam(24)->t.norm() < 0.02);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_plain_layout),
+      cmocka_unit_test(test_kitti_layout),
+      cmocka_unit_test(test_kitti_colour_pair),
+      cmocka_unit_test(test_missing_images_are_frames),
+      cmocka_unit_test(test_stamps_by_number),
+      cmocka_unit_test(test_refusals_of_images),
+      cmocka_unit_test(test_refusals_of_calibration),
+      cmocka_unit_test(test_sample),
+      cmocka_unit_test(test_real_sets),
+  };
+  return cmocka_run_group_tests_name("ground_tools/dataset/dataset", tests, nullptr, nullptr);
+}

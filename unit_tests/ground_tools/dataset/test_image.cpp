@@ -1,0 +1,112 @@
+// Loading of images: depth, colour, and files that are damaged.
+#include "dataset/image.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include "ground_tools/scratch.hpp"
+#include "ground_tools/test_images.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+using cairn::test::Scratch;
+
+namespace {
+
+const Scratch scratch;
+
+/// The message of the ImageError; empty where the image loads.
+std::string image_refusal(const std::filesystem::path& path) {
+  try {
+    static_cast<void>(load_grey(path));
+  } catch (const ImageError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+void test_grey_is_exact(void**) {
+  test::write_grey_png(scratch.path("grey.png"), 37, 21);
+  static Image image;
+  image = load_grey(scratch.path("grey.png"));
+  assert_int_equal(image.width, 37);
+  assert_int_equal(image.height, 21);
+  for (int y = 0; y < 21; ++y) {
+    for (int x = 0; x < 37; ++x) assert_int_equal(image.view().at(x, y), test::texture(x, y));
+  }
+}
+
+void test_colour_becomes_luma(void**) {
+  const int rgb[4][3] = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {255, 255, 255}};
+  const auto sample = [&rgb](int b, int x, int) {
+    return b == 3 ? 0 : rgb[x][b];
+  };  // the alpha band says nothing
+  const int luma[4] = {76, 150, 29, 255};
+  for (const int bands : {3, 4}) {
+    test::write_image(scratch.path("colour.png"), "PNG", GDT_Byte, 4, 2, bands, sample);
+    static Image image;
+    image = load_grey(scratch.path("colour.png"));
+    for (int x = 0; x < 4; ++x) assert_int_equal(image.view().at(x, 1), luma[x]);
+  }
+}
+
+void test_16_bit_is_scaled(void**) {
+  const int deep[5] = {0, 128, 129, 257 * 100, 65535};
+  const int grey[5] = {0, 0, 1, 100, 255};
+  for (const char* driver : {"PNG", "GTiff"}) {
+    static std::filesystem::path path;
+    path = scratch.path(std::string("deep.") + driver);
+    test::write_image(path, driver, GDT_UInt16, 5, 1, 1, [&deep](int, int x, int) { return deep[x]; });
+    static Image image;
+    image = load_grey(path);
+    for (int x = 0; x < 5; ++x) assert_int_equal(image.view().at(x, 0), grey[x]);
+  }
+}
+
+// Every kind of file, cut anywhere, is refused with one line that names it; what GDAL says is in it,
+// not on stderr.
+void test_truncated_files(void**) {
+  for (const char* driver : {"JPEG", "PNG", "GTiff"}) {
+    static std::filesystem::path whole, cut;
+    whole = scratch.path(std::string("whole.") + driver);
+    cut = scratch.path(std::string("cut.") + driver);
+    test::write_image(whole, driver, GDT_Byte, 200, 150, 1,
+                      [](int, int x, int y) { return test::texture(x, y); });
+    assert_string_equal(image_refusal(whole).c_str(), "");
+    static std::string bytes;
+    std::ifstream in(whole, std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+    for (const double part : {0.0, 0.001, 0.02, 0.3, 0.7, 0.95}) {
+      std::ofstream(cut, std::ios::binary)
+          << bytes.substr(0, static_cast<std::size_t>(part * static_cast<double>(bytes.size())));
+      static std::string message;
+      message = image_refusal(cut);
+      if (message.find(cut.string()) != 0 || message.find('\n') != std::string::npos) {
+        fail_msg("%s cut at %g: '%s'", driver, part, message.c_str());
+      }
+    }
+  }
+}
+
+void test_what_is_no_image(void**) {
+  assert_true(image_refusal(scratch.path("absent.png")).find("absent.png: ") != std::string::npos);
+  assert_true(image_refusal(scratch.file("text.jpg", "no image")).find("text.jpg: not a readable") !=
+              std::string::npos);
+  test::write_image(scratch.path("float.tif"), "GTiff", GDT_Float32, 4, 4, 1,
+                    [](int, int x, int) { return x; });
+  assert_true(image_refusal(scratch.path("float.tif")).find("not 8-bit or 16-bit") != std::string::npos);
+  // After a refusal the next good image loads.
+  test::write_grey_png(scratch.path("good.png"), 8, 8);
+  assert_string_equal(image_refusal(scratch.path("good.png")).c_str(), "");
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_grey_is_exact),    cmocka_unit_test(test_colour_becomes_luma),
+      cmocka_unit_test(test_16_bit_is_scaled), cmocka_unit_test(test_truncated_files),
+      cmocka_unit_test(test_what_is_no_image),
+  };
+  return cmocka_run_group_tests_name("ground_tools/dataset/image", tests, nullptr, nullptr);
+}

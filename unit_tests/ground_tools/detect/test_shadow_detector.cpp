@@ -1,0 +1,258 @@
+// The shadow-aware detector on drawn ground: half ellipsoids with the shadows that they cast, traced pixel by
+// pixel, so that place, size and height are known.
+#include "detect/shadow_detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/tool_error.hpp"
+#include "core/random.hpp"
+#include "core/trig.hpp"
+#include "support/cmocka.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+
+namespace {
+
+Raster raster;
+std::vector<TableBoulder> found;
+std::vector<ShadowBoulder> whole, pieces;
+
+struct Rock {
+  Vec2 p_map_m;
+  double along_m, height_m, diameter_m;
+  int shade;  ///< of its lit side, grey levels above the ground
+};
+std::vector<Rock> rocks;
+
+constexpr int kGround = 150;
+constexpr int kShadow = 60;
+
+/// Square, `side_px` wide, with noise of about `sigma` grey levels.
+void draw_ground(double pixel_m, int side_px, int sigma) {
+  Random random(5);
+  raster = Raster();
+  raster.width = raster.height = side_px;
+  const double geo[6] = {200.0, pixel_m, 0.0, 90.0, 0.0, -pixel_m};
+  std::copy(geo, geo + 6, raster.geo.c);
+  raster.grey.resize(static_cast<std::size_t>(side_px) * side_px);
+  for (std::uint8_t& g : raster.grey) {
+    int noise = 0;
+    for (int i = 0; i < 3; ++i)
+      noise += static_cast<int>(random.below(2 * static_cast<unsigned>(sigma) + 1)) - sigma;
+    g = static_cast<std::uint8_t>(kGround + noise);
+  }
+}
+
+/// What the ray from above meets at (x, y) metres from the rock's centre: 0 ground in the light, 1 the lit
+/// rock, 2 shadow. By marching towards the sun, not by the detector's formula.
+int seen(const Rock& rock, const Sun& sun, double x, double y) {
+  const double cot = 1.0 / std::tan(sun.elevation_rad);
+  const double east = std::sin(sun.azimuth_rad);
+  const double north = std::cos(sun.azimuth_rad);
+  const double radius = 0.5 * rock.diameter_m;
+  const double flat = 1.0 - (x * x + y * y) / (radius * radius);
+  const double z = flat > 0.0 ? rock.height_m * std::sqrt(flat) : 0.0;
+  const double step = 0.04 * radius;
+  for (double s = step; s < rock.height_m * cot + 2.0 * radius; s += step) {
+    const double px = x + s * east;
+    const double py = y + s * north;
+    const double pz = z + s / cot;
+    const double inside = (px * px + py * py) / (radius * radius) + pz * pz / (rock.height_m * rock.height_m);
+    if (inside < 0.999) return 2;
+  }
+  return flat > 0.0 ? 1 : 0;
+}
+
+void draw_rock(const Rock& rock, const Sun& sun) {
+  const double pixel_m = raster.geo.pixel_m();
+  const double reach_m = 0.6 * rock.diameter_m + rock.height_m / std::tan(sun.elevation_rad);
+  for (int y = 0; y < raster.height; ++y) {
+    for (int x = 0; x < raster.width; ++x) {
+      const Vec2 d = raster.geo.to_map(x, y) - rock.p_map_m;
+      if (d.norm() > reach_m) continue;
+      int sum = 0;
+      int noise = 0;
+      std::uint8_t& pixel = raster.grey[static_cast<std::size_t>(y) * raster.width + x];
+      noise = pixel - kGround;
+      for (int i = 0; i < 9; ++i) {
+        const int what =
+            seen(rock, sun, d.x() + (i % 3 - 1) * pixel_m / 3, d.y() + (i / 3 - 1) * pixel_m / 3);
+        sum += what == 0 ? kGround : what == 1 ? kGround + rock.shade : kShadow;
+      }
+      pixel = static_cast<std::uint8_t>(std::clamp(sum / 9 + noise, 0, 255));
+    }
+  }
+}
+
+void draw_field(double pixel_m, const Sun& sun, int sigma) {
+  draw_ground(pixel_m, 420, sigma);
+  rocks.clear();
+  const double d_px[] = {9.0, 12.0, 20.0, 34.0, 60.0};
+  const double tall[] = {0.35, 0.5, 0.65, 0.45, 0.5};
+  const int shade[] = {30, -30, 15, 40, -20};
+  const double u[] = {60.0, 150.3, 80.7, 320.2, 210.5};
+  const double v[] = {70.0, 60.4, 180.6, 110.1, 300.9};
+  for (int i = 0; i < 5; ++i) {
+    Rock rock{};
+    rock.p_map_m = raster.geo.to_map(u[i], v[i]);
+    rock.diameter_m = d_px[i] * pixel_m;
+    rock.height_m = tall[i] * rock.diameter_m;
+    rock.shade = shade[i];
+    rocks.push_back(rock);
+    draw_rock(rock, sun);
+  }
+}
+
+ShadowParams any_size() {
+  ShadowParams params;
+  params.min_diameter_m = 0.0;
+  params.max_diameter_m = 1000.0;
+  return params;
+}
+
+void test_place_size_and_height(void**) {
+  for (const char* text : {"45,135", "55,250", "30,20", "38,300"}) {
+    const Sun sun = parse_sun(text);
+    for (const double pixel_m : {0.01, 0.25}) {
+      draw_field(pixel_m, sun, 2);
+      found = detect_boulders_by_shadow(raster, sun, any_size());
+      for (const Rock& rock : rocks) {
+        const auto near = std::find_if(found.begin(), found.end(), [&](const TableBoulder& b) {
+          return (b.p_map_m - rock.p_map_m).norm() < 0.35 * rock.diameter_m;
+        });
+        if (near == found.end())
+          print_message("sun %s, pixel %g: no rock of %g m\n", text, pixel_m, rock.diameter_m);
+        assert_true(near != found.end());
+        assert_near((near->p_map_m - rock.p_map_m).norm(), 0.0, pixel_m + 0.20 * rock.diameter_m);
+        assert_near(near->diameter_m, rock.diameter_m, 1.5 * pixel_m + 0.20 * rock.diameter_m);
+        assert_near(near->height_m, rock.height_m, pixel_m + 0.25 * rock.height_m);
+        assert_in_range(1000 * near->confidence, 400, 1000);
+      }
+      assert_in_range(found.size(), 5, 7);
+    }
+  }
+}
+
+bool same(const ShadowBoulder& a, const ShadowBoulder& b) {
+  return a.u_px == b.u_px && a.v_px == b.v_px && a.diameter_px == b.diameter_px &&
+         a.elongation == b.elongation && a.contrast == b.contrast && a.height_px == b.height_px &&
+         a.confidence == b.confidence;
+}
+
+// Cores of random sizes, each with no more pixels than shadow_reach_px asks for.
+void test_tiles_do_not_matter(void**) {
+  const Sun sun = parse_sun("40,200");
+  draw_ground(0.01, 600, 3);
+  Random random(77);
+  for (int i = 0; i < 90; ++i) {
+    Rock rock{};
+    rock.p_map_m = raster.geo.to_map(random.below(600), random.below(600));
+    rock.diameter_m = 0.01 * (5.0 + random.below(100) * random.below(100) * 0.004);
+    rock.height_m = rock.diameter_m * (0.3 + 0.004 * random.below(100));
+    rock.shade = static_cast<int>(random.below(80)) - 40;
+    draw_rock(rock, sun);
+  }
+  raster.valid.assign(raster.grey.size(), 255);
+  for (int y = 300; y < 420; ++y)
+    for (int x = 200; x < 330; ++x) raster.valid[static_cast<std::size_t>(y) * 600 + x] = 0;
+  ShadowParams params = any_size();
+  params.min_confidence = 0.05;
+  params.max_diameter_px = 28.0;
+  const ShadowView view = shadow_view(sun, raster.geo);
+  const int reach = shadow_reach_px(view, params);
+  assert_in_range(reach, 20, 400);
+  const PixelRect all{0, 0, 600, 600};
+  whole = detect_boulders_by_shadow({all, raster.grey_view(), raster.valid_view()}, all, view, params);
+  assert_true(whole.size() > 40);
+  const auto by_place = [](const ShadowBoulder& a, const ShadowBoulder& b) {
+    return a.v_px != b.v_px ? a.v_px < b.v_px : a.u_px < b.u_px;
+  };
+  std::sort(whole.begin(), whole.end(), by_place);
+  for (int trial = 0; trial < 3; ++trial) {
+    const int side = 97 + static_cast<int>(random.below(300));
+    pieces.clear();
+    for (int y0 = 0; y0 < 600; y0 += side) {
+      for (int x0 = 0; x0 < 600; x0 += side) {
+        const PixelRect core{x0, y0, std::min(side, 600 - x0), std::min(side, 600 - y0)};
+        GreyTile tile;
+        tile.rect.x0 = std::max(0, x0 - reach);
+        tile.rect.y0 = std::max(0, y0 - reach);
+        tile.rect.width = std::min(600, x0 + core.width + reach) - tile.rect.x0;
+        tile.rect.height = std::min(600, y0 + core.height + reach) - tile.rect.y0;
+        const std::size_t first = static_cast<std::size_t>(tile.rect.y0) * 600 + tile.rect.x0;
+        tile.grey = {raster.grey.data() + first, tile.rect.width, tile.rect.height, 600};
+        tile.valid = {raster.valid.data() + first, tile.rect.width, tile.rect.height, 600};
+        for (const ShadowBoulder& b : detect_boulders_by_shadow(tile, core, view, params))
+          pieces.push_back(b);
+      }
+    }
+    std::sort(pieces.begin(), pieces.end(), by_place);
+    assert_int_equal(pieces.size(), whole.size());
+    for (std::size_t i = 0; i < whole.size(); ++i) assert_true(same(whole[i], pieces[i]));
+  }
+}
+
+// What is no boulder: bare ground, a step of brightness, ripples across and along the sun, a dark disc.
+void test_what_is_no_boulder(void**) {
+  const Sun sun = parse_sun("45,90");
+  draw_ground(0.01, 400, 4);
+  assert_int_equal(detect_boulders_by_shadow(raster, sun, any_size()).size(), 0);
+  for (int y = 0; y < 400; ++y)
+    for (int x = 200; x < 400; ++x) raster.grey[static_cast<std::size_t>(y) * 400 + x] -= 60;
+  assert_int_equal(detect_boulders_by_shadow(raster, sun, any_size()).size(), 0);
+  for (const bool across : {true, false}) {
+    draw_ground(0.01, 400, 3);
+    for (int y = 0; y < 400; ++y)
+      for (int x = 0; x < 400; ++x)
+        raster.grey[static_cast<std::size_t>(y) * 400 + x] +=
+            static_cast<int>(25.0 * std::sin((across ? x : y) * 0.3));
+    assert_true(detect_boulders_by_shadow(raster, sun, any_size()).size() <= 2);
+  }
+}
+
+void test_odd_images(void**) {
+  const Sun sun = parse_sun("45,90");
+  for (const int side : {1, 2, 3, 7, 16, 33}) {
+    draw_ground(0.01, side, 3);
+    (void)detect_boulders_by_shadow(raster, sun, any_size());
+    raster.valid.assign(raster.grey.size(), 0);
+    assert_int_equal(detect_boulders_by_shadow(raster, sun, any_size()).size(), 0);
+  }
+  draw_field(0.01, sun, 2);
+  for (const char* text : {"1,0", "90,0", "89.9,45"})
+    (void)detect_boulders_by_shadow(raster, parse_sun(text), any_size());
+}
+
+void test_ranges(void**) {
+  check(ShadowParams{});
+  const auto refused = [](auto change) {
+    ShadowParams params;
+    change(params);
+    try {
+      check(params);
+    } catch (const ToolError&) {
+      return true;
+    }
+    return false;
+  };
+  assert_true(refused([](ShadowParams& p) { p.min_diameter_m = -0.1; }));
+  assert_true(refused([](ShadowParams& p) { p.min_diameter_px = 2.0; }));
+  assert_true(refused([](ShadowParams& p) { p.max_diameter_m = 0.0; }));
+  assert_true(refused([](ShadowParams& p) { p.max_diameter_px = 5000.0; }));
+  assert_true(refused([](ShadowParams& p) { p.seed_contrast = 0.0; }));
+  assert_true(refused([](ShadowParams& p) { p.min_confidence = 1.5; }));
+  assert_true(refused([](ShadowParams& p) { p.min_confidence = std::nan(""); }));
+  assert_true(to_text(ShadowParams{}, parse_sun("45,135")).find("method=shadow sun=45,135 ") == 0);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {cmocka_unit_test(test_place_size_and_height),
+                              cmocka_unit_test(test_tiles_do_not_matter),
+                              cmocka_unit_test(test_what_is_no_boulder), cmocka_unit_test(test_odd_images),
+                              cmocka_unit_test(test_ranges)};
+  return cmocka_run_group_tests_name("ground_tools/detect/shadow_detector", tests, nullptr, nullptr);
+}
