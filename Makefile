@@ -249,7 +249,7 @@ replay: ## play a tape on the target (TAPE=file, default the sample): sums of th
 	@$(MAKE) --no-print-directory -s -j$(JOBS) $(B)/replay.elf
 	@$(call run_image,$(B)/replay.elf)
 
-check: ## proofs of the flight library (symbols, stack, instructions, memory); floors, traceability, names, formatting, static analysis
+check: ## proofs of the flight library (symbols, stack, instructions, memory); floors, traceability, names, layout, formatting, static analysis
 	@$(MAKE) --no-print-directory deps-check
 	@$(MAKE) --no-print-directory -k -j$(JOBS) $(CHECKS)
 
@@ -463,7 +463,7 @@ FOLDERS     := $(wildcard fsw hal platform ground_tools unit_tests mission_cfg)
 CHECK        = python3 -B ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
-OF_TEXT     := floors trace names
+OF_TEXT     := floors trace names layout
 SELF_TESTS  := $(addprefix check-self-,$(PROOFS) $(if $(BARE),,$(OF_TEXT)))
 CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS)) $(if $(BARE),,$(addprefix check-,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
@@ -497,6 +497,8 @@ check-trace:
 	@$(CHECK)/trace.py
 check-names:
 	@$(CHECK)/names.py
+check-layout:
+	@$(CHECK)/layout.py
 check-format:
 	@clang-format --dry-run -Werror $(CXX_FILES) && echo 'format: all files as clang-format has them'
 # arrayIndexThenCheck takes a tie broken by index for a bound.
