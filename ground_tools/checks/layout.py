@@ -31,11 +31,10 @@ FULL = 90            # one that ends before here had no need to break off a word
 LONG_WORD = 18       # characters, which may stand alone
 MAKE_COLUMNS = 120
 PROSE_COLUMNS = 100
-WIDE_YET = {
+WIDE_YET = {         # prose and Makefiles that are not held to their columns; each leaves once it keeps them
     "Makefile", "README.md", "doc/BUDGETS.md", "doc/DESIGN.md", "doc/FRAMES.md", "doc/ICD.md", "doc/INTEGRATION.md",
     "doc/PAPER.md", "doc/USER_GUIDE.md", "doc/adr/0001-stereo-probes.md", "doc/adr/0002-weighted-fixes-with-rates.md",
     "doc/adr/0003-whole-pixel-templates.md", "doc/adr/0004-per-frame-reference.md",
-    "platform/bare/bare.mk", "platform/leon3/toolchain.mk", "platform/ppc750/toolchain.mk",
     "unit_tests/integration/sample/README.md",
 }
 
@@ -181,18 +180,21 @@ CHECKS = {
 }
 
 
-def check(root):
+def check(root, wide_yet):
     faults, files = [], 0
     for path in tracked(root):
         full = os.path.join(root, path)
         checks = CHECKS.get(os.path.splitext(path)[1] or os.path.basename(path))
-        if not checks or path in WIDE_YET or not os.path.isfile(full):
+        if not checks or not os.path.isfile(full):
             continue
         files += 1
         with open(full, encoding="utf-8") as file:
             text = file.read()
-        faults.extend(f"{path}:{number}: {fault}: {line.strip()[:60]}"
-                      for faults_of in checks for number, fault, line in faults_of(text))
+        found = [f"{path}:{number}: {fault}: {line.strip()[:60]}"
+                 for faults_of in checks for number, fault, line in faults_of(text)]
+        if path in wide_yet:
+            found = [] if found else [f"{path}:1: keeps its columns now: take it out of WIDE_YET"]
+        faults.extend(found)
     return faults, files
 
 
@@ -251,14 +253,16 @@ def self_test():
         f"```\na\n```\n{filled(120)}": True,
         "https://a.b/" + "c" * 120: False,
     }
+    wide_yet = {"still.md": (filled(101), False), "no_more.md": (filled(100), True)}
     recipes = {filled(120): False, filled(121): True, "\t" + filled(113): True, "\t" + filled(112): False}
     cases = [(f"{i:02d}{kind}", text, is_fault) for kind, table in ((".hpp", planted), (".md", prose), (".mk", recipes))
              for i, (text, is_fault) in enumerate(table.items())]
+    cases.extend((name, *case) for name, case in wide_yet.items())
     with tempfile.TemporaryDirectory() as root:
         for name, text, _ in cases:
             with open(os.path.join(root, name), "w", encoding="utf-8") as file:
                 file.write(text + "\n")
-        faults, files = check(root)
+        faults, files = check(root, wide_yet)
     assert files == len(cases), files
     for name, text, is_fault in cases:
         assert any(f.startswith(name + ":") for f in faults) == is_fault, (text, [f for f in faults if f.startswith(name)])
@@ -268,7 +272,7 @@ def self_test():
 def main(arguments):
     if arguments == ["--self-test"]:
         return self_test()
-    faults, files = check(arguments[0] if arguments else ".")
+    faults, files = check(arguments[0] if arguments else ".", WIDE_YET)
     for fault in faults:
         print(fault, file=sys.stderr)
     print(f"layout: {files} files, {len(faults)} faults")

@@ -1,4 +1,5 @@
-# LEON3 (SPARC V8), bare metal. Debian's 64-bit SPARC cross compiler with -m32, and newlib; runs on QEMU's generic LEON3.
+# LEON3 (SPARC V8), bare metal. Debian's 64-bit SPARC cross compiler with -m32, and newlib; runs on
+# QEMU's generic LEON3.
 # Images must be pure V8: libgcc_v8.c stands in for the parts of libgcc that are not.
 TRIPLE        := sparc64-linux-gnu-
 CPU           := -m32 -mcpu=leon3 -fno-pic
@@ -10,7 +11,7 @@ ELF_MACHINE   := Sparc
 FLIGHT_NEEDS  := __udivdi3 __floatundidf
 DEPS_TARGET   := g++-multilib-sparc64-linux-gnu gcc-multilib-sparc64-linux-gnu qemu-system-sparc newlib-source
 # One instruction is 2^10 ns of the emulated time. A failed exit is a trap with traps off: QEMU aborts.
-EMULATOR      := qemu-system-sparc -M leon3_generic -cpu LEON3 -m 128 -display none -serial stdio -monitor none -nic none \
-                 -no-reboot -icount shift=10,sleep=off
+EMULATOR      := qemu-system-sparc -M leon3_generic -cpu LEON3 -m 128 -display none -serial stdio -monitor none \
+                 -nic none -no-reboot -icount shift=10,sleep=off
 run_image      = $(EMULATOR) -kernel $(1)
 include platform/bare/bare.mk

@@ -10,9 +10,9 @@ ELF_MACHINE   := PowerPC
 FLIGHT_NEEDS  := __udivdi3 __floatundidf
 DEPS_TARGET   := g++-powerpc-linux-gnu qemu-system-ppc newlib-source
 # One instruction is 2^7 ns of the emulated time. A failed exit is a guest panic.
-EMULATOR      := qemu-system-ppc -M 40p -cpu 750 -m 128 -vga none -nic none -display none -serial stdio -monitor none \
-                 -audiodev none,id=none -global cs4231a.audiodev=none -device pvpanic-pci -no-reboot -action panic=exit-failure \
-                 -icount shift=7,sleep=off
+EMULATOR      := qemu-system-ppc -M 40p -cpu 750 -m 128 -vga none -nic none -display none -serial stdio \
+                 -monitor none -audiodev none,id=none -global cs4231a.audiodev=none -device pvpanic-pci \
+                 -no-reboot -action panic=exit-failure -icount shift=7,sleep=off
 # The board's ROM holds no more than a jump; the image comes into RAM beside it.
 run_image      = $(EMULATOR) -bios $(BOOT) -device loader,file=$(1)
 BOOT          := build/boot-ppc750.elf
