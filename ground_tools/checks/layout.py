@@ -35,7 +35,6 @@ WIDE_YET = {         # prose and Makefiles that are not held to their columns; e
     "Makefile", "README.md", "doc/BUDGETS.md", "doc/DESIGN.md", "doc/FRAMES.md", "doc/ICD.md", "doc/INTEGRATION.md",
     "doc/PAPER.md", "doc/USER_GUIDE.md", "doc/adr/0001-stereo-probes.md", "doc/adr/0002-weighted-fixes-with-rates.md",
     "doc/adr/0003-whole-pixel-templates.md", "doc/adr/0004-per-frame-reference.md",
-    "unit_tests/integration/sample/README.md",
 }
 
 LITERAL = re.compile(r'R"(?P<tag>[^(\s]*)\(.*?\)(?P=tag)"|"(?:\\.|[^"\\])*"|(?<![0-9A-Fa-f])\'(?:\\.|[^\'\\])+\'')
