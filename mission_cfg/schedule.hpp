@@ -5,6 +5,7 @@
 /// beside each task.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "mission_cfg.hpp"
@@ -19,7 +20,7 @@ enum class Task : std::uint8_t {
   kFixApply,  ///< the correction, at this frame and no other; a registration that is not done
               ///< is late, and counted
 };
-inline constexpr int kTasks = 5;
+inline constexpr std::size_t kTaskCount = 5;
 
 struct ScheduleRow {
   Task task;

@@ -5,22 +5,26 @@
 /// caller slices: the results are the same to the bit for every slice, as long as no row overruns its budget.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
+#include "core/enum_count.hpp"
 #include "core/work_budget.hpp"
 #include "localizer/localizer.hpp"
 #include "schedule.hpp"
 
 namespace cairn::app {
 
+static_assert(enum_has<cfg::Task, cfg::kTaskCount>());
+
 struct ExecutiveCounts {
-  std::uint32_t overruns[cfg::kTasks] = {};  ///< by task
-  std::uint32_t dropped_pairs = 0;           ///< pairs that came while VO was still at the one before
+  std::array<std::uint32_t, cfg::kTaskCount> overruns{};  ///< by task
+  std::uint32_t dropped_pairs = 0;  ///< pairs that came while VO was still at the one before
 };
 
 /// What the last minor frame took.
 struct MinorWork {
-  std::uint32_t ops[cfg::kTasks] = {};
+  std::uint32_t ops[cfg::kTaskCount] = {};
 };
 
 class Executive {

@@ -242,10 +242,10 @@ void FlightApp::report_health() {
   const LocalizerHealth& health = localizer_.health();
   HealthReport r;
   r.frames = health.frames;
-  for (int i = 0; i < 10; ++i) r.vo[i] = health.vo[i];
-  for (int i = 0; i < 7; ++i) r.boulders[i] = health.boulders[i];
-  for (int i = 0; i < 12; ++i) r.fixes[i] = health.fixes[i];
-  for (int i = 0; i < cfg::kTasks; ++i) r.overruns[i] = executive_.counts().overruns[i];
+  r.vo = health.vo;
+  r.boulders = health.boulders;
+  r.fixes = health.fixes;
+  r.overruns = executive_.counts().overruns;
   r.extrapolated = health.extrapolated;
   r.abandoned_boulders = health.abandoned_boulders;
   r.dropped_tracks = health.dropped_tracks;
@@ -270,8 +270,7 @@ void FlightApp::report_upload() {
   r.taken = record.taken;
   const std::uint32_t first = transfer_.first_missing();
   r.first_missing = static_cast<std::uint16_t>(first);
-  static_assert(sizeof r.counts == sizeof record.counts, "a count for each ChunkStatus");
-  for (int i = 0; i < kChunkStatuses; ++i) r.counts[i] = record.counts[i];
+  r.counts = record.counts;
   for (std::uint32_t n = 0; n < 8 * sizeof r.missing && first + n < record.chunks; ++n) {
     if (!transfer_.has(first + n))
       r.missing[n / 8] = static_cast<std::uint8_t>(r.missing[n / 8] | 0x80U >> n % 8);

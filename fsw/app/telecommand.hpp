@@ -2,6 +2,7 @@
 /// app/telemetry.hpp; doc/ICD.md.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -27,7 +28,7 @@ struct Command {
   CommandType type = CommandType::kLoadMap;
   std::uint32_t sequence = 0;
   Pose3 pose;                           ///< kSetStart, kMotionPrior; taken as it comes: who uses it judges it
-  double number[2] = {};                ///< kSetStart: sigmas; kSetTrim: scale, yaw
+  std::array<double, 2> number{};       ///< kSetStart: sigmas; kSetTrim: scale, yaw
   UploadPlan upload;                    ///< kBeginUpload; kUseUpload: its id
   const std::uint8_t* chunk = nullptr;  ///< kMapChunk: inside the packet, which decode() borrows
   std::size_t chunk_bytes = 0;

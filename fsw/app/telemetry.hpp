@@ -5,12 +5,16 @@
 /// (w, x, y, z): seven f64.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
 #include "core/fixed_vector.hpp"
 #include "core/nodiscard.hpp"
 #include "geometry/pose3.hpp"
+#include "localizer/localizer.hpp"
+#include "orbital_map/map_transfer.hpp"
+#include "schedule.hpp"
 
 namespace cairn::app {
 
@@ -96,10 +100,10 @@ struct AckReport {
 /// Counts since the start, once a major frame.
 struct HealthReport {
   std::uint32_t frames = 0;
-  std::uint32_t vo[10] = {};
-  std::uint32_t boulders[7] = {};
-  std::uint32_t fixes[12] = {};
-  std::uint32_t overruns[5] = {};  ///< by cfg::Task
+  std::array<std::uint32_t, kVoStatusCount> vo{};
+  std::array<std::uint32_t, kObserveStatusCount> boulders{};
+  std::array<std::uint32_t, kFixStatusCount> fixes{};
+  std::array<std::uint32_t, cfg::kTaskCount> overruns{};  ///< by cfg::Task
   std::uint32_t extrapolated = 0;
   std::uint32_t abandoned_boulders = 0;
   std::uint32_t dropped_tracks = 0;
@@ -120,10 +124,10 @@ struct UploadReport {
   std::uint16_t chunk_bytes = 0;
   std::uint16_t chunks = 0;
   std::uint16_t taken = 0;
-  std::uint16_t first_missing = 0;  ///< chunk; `chunks` where none is missing
-  std::uint32_t counts[8] = {};     ///< chunks by ChunkStatus, since the start
+  std::uint16_t first_missing = 0;                        ///< chunk; `chunks` where none is missing
+  std::array<std::uint32_t, kChunkStatusCount> counts{};  ///< chunks by ChunkStatus, since the start
   /// Chunk first_missing + n is missing: bit 7 - n % 8 of byte n / 8. Farther ones are told when these came.
-  std::uint8_t missing[256] = {};
+  std::array<std::uint8_t, 256> missing{};
 };
 
 void encode(const FrameReport& report, std::uint32_t sequence, Packet& out);

@@ -1,6 +1,7 @@
 /// Big-endian writer and reader of packets, for telemetry and telecommands.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -57,7 +58,7 @@ class Writer {
     field(p.q.z());
   }
   template <typename T, std::size_t N>
-  void field(const T (&array)[N]) {
+  void field(const std::array<T, N>& array) {
     for (const T& item : array) field(item);
   }
   void finish() {
@@ -102,7 +103,7 @@ class Reader {
     field(p.q.z());
   }
   template <typename T, std::size_t N>
-  void field(T (&array)[N]) {
+  void field(std::array<T, N>& array) {
     for (T& item : array) field(item);
   }
 
@@ -114,10 +115,6 @@ class Reader {
 class Sizer {
  public:
   void field(const Pose3&) { bytes_ += 7 * sizeof(double); }
-  template <typename T, std::size_t N>
-  void field(const T (&)[N]) {
-    bytes_ += N * sizeof(T);
-  }
   template <typename T>
   void field(const T&) {
     bytes_ += sizeof(T);

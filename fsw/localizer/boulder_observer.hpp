@@ -13,6 +13,7 @@
 
 #include <cstdint>
 
+#include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
 #include "features/stereo_probe.hpp"
 #include "geometry/stereo_rig.hpp"
@@ -57,6 +58,8 @@ enum class CAIRN_NODISCARD ObserveStatus : std::uint8_t {
   kNoPoints,    ///< no disparities
   kBadInput,    ///< images of the wrong size, or a pose or plane that is not valid
 };
+inline constexpr std::size_t kObserveStatusCount = 7;
+static_assert(enum_has<ObserveStatus, kObserveStatusCount>());
 
 struct ObserveCounts {
   int regions = 0;

@@ -19,8 +19,10 @@
 /// which makes the early path worse than plain VO.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
+#include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
 #include "localizer/boulder_observer.hpp"
 #include "localizer/boulder_tracks.hpp"
@@ -70,6 +72,8 @@ enum class PoseSource : std::uint8_t {
   kHeld,          ///< image missing or unusable: the pose before; the next good frame catches up
   kExtrapolated,  ///< VO lost its way: moved by the motion prior or the last step, and counted
 };
+inline constexpr std::size_t kPoseSourceCount = 5;
+static_assert(enum_has<PoseSource, kPoseSourceCount>());
 
 /// What became of a registration: one cause each.
 enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
@@ -86,6 +90,8 @@ enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
   kBadInput,
   kLate,  ///< not finished in its time: overrun
 };
+inline constexpr std::size_t kFixStatusCount = 12;
+static_assert(enum_has<FixStatus, kFixStatusCount>());
 
 struct FixRecord {
   std::uint32_t frame = 0;  ///< of the snapshot
@@ -106,9 +112,9 @@ struct FixRecord {
 
 struct LocalizerHealth {
   std::uint32_t frames = 0;
-  std::uint32_t vo[10] = {};       ///< by VoStatus
-  std::uint32_t boulders[7] = {};  ///< by ObserveStatus
-  std::uint32_t fixes[12] = {};    ///< by FixStatus
+  std::array<std::uint32_t, kVoStatusCount> vo{};             ///< by VoStatus
+  std::array<std::uint32_t, kObserveStatusCount> boulders{};  ///< by ObserveStatus
+  std::array<std::uint32_t, kFixStatusCount> fixes{};         ///< by FixStatus
   std::uint32_t extrapolated = 0;
   std::uint32_t abandoned_boulders = 0;  ///< frames whose boulders were not finished in time
   std::uint32_t dropped_tracks = 0;

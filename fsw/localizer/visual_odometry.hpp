@@ -13,6 +13,7 @@
 
 #include <cstdint>
 
+#include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
 #include "features/extractor.hpp"
 #include "features/match.hpp"
@@ -34,6 +35,8 @@ enum class CAIRN_NODISCARD VoStatus : std::uint8_t {
   kNoConsensus,  ///< matches do not agree on a motion; the frame becomes the new reference
   kImplausible,  ///< motion larger than the mission allows; the frame becomes the new reference
 };
+inline constexpr std::size_t kVoStatusCount = 10;
+static_assert(enum_has<VoStatus, kVoStatusCount>());
 
 /// A stereo point of a frame.
 struct StereoPoint {

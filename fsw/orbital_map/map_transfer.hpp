@@ -21,10 +21,12 @@
 /// reads the upload from the bank, and never changes it there.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
+#include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "mission_cfg.hpp"
@@ -80,7 +82,8 @@ enum class CAIRN_NODISCARD ChunkStatus : std::uint8_t {
   kOutOfRange,   ///< its number is beyond the last chunk
   kContradicts,  ///< taken before, with other bytes
 };
-inline constexpr int kChunkStatuses = 8;
+inline constexpr std::size_t kChunkStatusCount = 8;
+static_assert(enum_has<ChunkStatus, kChunkStatusCount>());
 
 enum class CAIRN_NODISCARD TransferStatus : std::uint8_t {
   kIdle,       ///< no upload was begun
@@ -101,8 +104,8 @@ struct TransferRecord {
   std::uint8_t detail = 0;  ///< DeltaStatus where kBadDelta, MapStatus where kBadMap, kReady and kInUse
   std::uint16_t chunks = 0;
   std::uint16_t taken = 0;
-  std::uint32_t counts[kChunkStatuses] = {};             ///< of chunks by ChunkStatus, since init
-  std::uint8_t have[(cfg::kMaxMapChunks + 7) / 8] = {};  ///< chunk n: bit n % 8 (1 << n % 8) of byte n / 8
+  std::array<std::uint32_t, kChunkStatusCount> counts{};  ///< of chunks by ChunkStatus, since init
+  std::uint8_t have[(cfg::kMaxMapChunks + 7) / 8] = {};   ///< chunk n: bit n % 8 (1 << n % 8) of byte n / 8
 };
 static_assert(std::is_trivially_copyable_v<TransferRecord>, "a record is stored as it is");
 

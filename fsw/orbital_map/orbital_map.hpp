@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "core/eigen.hpp"
+#include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "geometry/boulder.hpp"
@@ -38,6 +39,8 @@ enum class CAIRN_NODISCARD MapStatus : std::uint8_t {
   kNoBoulders,      ///< a good map without a boulder: nothing to register with
   kDirectoryCrc,    ///< the tile directory was changed on its way
 };
+inline constexpr std::size_t kMapStatusCount = 14;
+static_assert(enum_has<MapStatus, kMapStatusCount>());
 
 /// Whether a validation that ended so has a map.
 constexpr bool may_be_used(MapStatus status) {

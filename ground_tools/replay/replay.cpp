@@ -53,16 +53,16 @@ void run_until_idle(std::uint32_t slice_ops) {
 
 /// Runs a frame through and notes its time, whole and by task.
 void run_frame(std::uint32_t slice_ops, ReplayFrame& times) {
-  std::uint32_t before[cfg::kTasks] = {};
+  std::uint32_t before[cfg::kTaskCount] = {};
   bool more = true;
   while (more) {
     const auto begun = std::chrono::steady_clock::now();
     more = app::root.cycle(slice_ops) == app::FlightApp::State::kBusy;
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-    const std::uint32_t(&ops)[cfg::kTasks] = app::root.executive().work().ops;
+    const std::uint32_t(&ops)[cfg::kTaskCount] = app::root.executive().work().ops;
     double all = 0.0;
-    for (int t = 0; t < cfg::kTasks; ++t) all += ops[t] - before[t];
-    for (int t = 0; t < cfg::kTasks; ++t) {
+    for (std::size_t t = 0; t < cfg::kTaskCount; ++t) all += ops[t] - before[t];
+    for (std::size_t t = 0; t < cfg::kTaskCount; ++t) {
       if (all > 0.0) times.task_seconds[t] += seconds * (ops[t] - before[t]) / all;
       before[t] = ops[t];
     }

@@ -20,7 +20,7 @@ struct ReplayFrame {
   app::FrameReport report;
   double seconds = 0.0;  ///< of the flight module for this pair
   /// Of it by task: the time of each slice, shared out by the operations that were done in it.
-  double task_seconds[cfg::kTasks] = {};
+  double task_seconds[cfg::kTaskCount] = {};
 };
 
 struct ReplayOptions {

@@ -2,11 +2,15 @@
 
 #include <cstddef>
 
+#include "localizer/localizer.hpp"
+#include "schedule.hpp"
+
 namespace cairn::ground {
 namespace {
 
-template <std::size_t N>
+template <std::size_t Count, std::size_t N>
 std::string pick(const char* const (&names)[N], std::uint8_t value) {
+  static_assert(N == Count, "a name for each enumerator");
   return value < N ? names[value] : "unknown" + std::to_string(value);
 }
 
@@ -14,20 +18,20 @@ std::string pick(const char* const (&names)[N], std::uint8_t value) {
 
 std::string pose_source_name(std::uint8_t value) {
   static const char* const names[] = {"none", "start", "vo", "held", "extrapolated"};
-  return pick(names, value);
+  return pick<kPoseSourceCount>(names, value);
 }
 
 std::string vo_status_name(std::uint8_t value) {
   static const char* const names[] = {"idle",         "running",      "first_frame", "motion",
                                       "bad_image",    "few_features", "few_stereo",  "few_matches",
                                       "no_consensus", "implausible"};
-  return pick(names, value);
+  return pick<kVoStatusCount>(names, value);
 }
 
 std::string observe_status_name(std::uint8_t value) {
   static const char* const names[] = {"idle",       "running",   "boulders", "no_boulders",
                                       "no_regions", "no_points", "bad_input"};
-  return pick(names, value);
+  return pick<kObserveStatusCount>(names, value);
 }
 
 std::string fix_status_name(std::uint8_t value) {
@@ -35,7 +39,7 @@ std::string fix_status_name(std::uint8_t value) {
                                       "no_map",        "no_map_boulders", "no_local_boulders",
                                       "too_few_pairs", "weak_geometry",   "iteration_limit",
                                       "beyond_limit",  "bad_input",       "late"};
-  return pick(names, value);
+  return pick<kFixStatusCount>(names, value);
 }
 
 std::string map_status_name(std::uint8_t value) {
@@ -43,12 +47,12 @@ std::string map_status_name(std::uint8_t value) {
                                       "truncated",   "bad_magic",    "unknown_version", "header_crc",
                                       "bad_header",  "payload_crc",  "bad_directory",   "damaged",
                                       "no_boulders", "directory_crc"};
-  return pick(names, value);
+  return pick<kMapStatusCount>(names, value);
 }
 
 std::string task_name(std::uint8_t value) {
   static const char* const names[] = {"vo", "boulders", "fix_begin", "fix", "fix_apply"};
-  return pick(names, value);
+  return pick<cfg::kTaskCount>(names, value);
 }
 
 }  // namespace cairn::ground

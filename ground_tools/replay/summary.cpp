@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "replay/status_names.hpp"
 
@@ -37,7 +38,7 @@ std::optional<double> boulder_precision(const Replay& replay, const std::vector<
 }
 
 template <std::size_t N>
-ordered_json counts_json(const std::uint32_t (&counts)[N], std::string (*name)(std::uint8_t)) {
+ordered_json counts_json(const std::array<std::uint32_t, N>& counts, std::string (*name)(std::uint8_t)) {
   ordered_json json = ordered_json::object();
   for (std::size_t i = 0; i < N; ++i) {
     if (counts[i] != 0) json[name(static_cast<std::uint8_t>(i))] = counts[i];

@@ -116,7 +116,7 @@ void test_vo_comes_first(void**) {
     WorkBudget slice(300007);
     more = executive.run(localizer, slice) == Progress::kMore;
     assert_at_most(slice.spent(), 300007 + 200000);  // by one unit of work
-    const std::uint32_t(&ops)[cfg::kTasks] = executive.work().ops;
+    const std::uint32_t(&ops)[cfg::kTaskCount] = executive.work().ops;
     if (executive.vo_open()) assert_int_equal(ops[kBoulders], 0);
     if (!vo_was_open) assert_int_equal(ops[kVo], vo_ops);
     vo_ops = ops[kVo];
@@ -135,7 +135,7 @@ void test_slices_change_nothing(void**) {
     poses[way] = localizer.T_map_cam();
     assert_status(localizer.pose_source(), PoseSource::kVo);
   }
-  for (int t = 0; t < cfg::kTasks; ++t) assert_int_equal(work[0].ops[t], work[1].ops[t]);
+  for (std::size_t t = 0; t < cfg::kTaskCount; ++t) assert_int_equal(work[0].ops[t], work[1].ops[t]);
   assert_true(poses[0].t == poses[1].t && poses[0].q.coeffs() == poses[1].q.coeffs());
   WorkBudget none(0);  // a slice of nothing does nothing
   assert_status(executive.begin_minor(localizer, left(0), right(0), nullptr), LocalizerStatus::kReady);

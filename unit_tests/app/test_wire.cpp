@@ -35,9 +35,9 @@ void test_sizer_counts_what_the_writer_writes(void**) {
   static Wide out;
   const auto walk = [](auto& walker) {
     const std::uint8_t a = 1;
-    const std::uint16_t b[3] = {1, 2, 3};
+    const std::array<std::uint16_t, 3> b = {1, 2, 3};
     const std::uint64_t c = 4;
-    const float d[2] = {1.0F, 2.0F};
+    const std::array<float, 2> d = {1.0F, 2.0F};
     const double e = 3.0;
     walker.field(a);
     walker.field(b);

@@ -43,10 +43,10 @@ inline ReplayBytes replay_sample(std::size_t frames, std::uint32_t slice_ops) {
   for (const auto& [id, boulder] : replay.boulders) append(boulder, bytes.boulders);
   app::HealthReport health;
   health.frames = replay.health.frames;
-  for (int i = 0; i < 10; ++i) health.vo[i] = replay.health.vo[i];
-  for (int i = 0; i < 7; ++i) health.boulders[i] = replay.health.boulders[i];
-  for (int i = 0; i < 12; ++i) health.fixes[i] = replay.health.fixes[i];
-  for (int i = 0; i < cfg::kTasks; ++i) health.overruns[i] = replay.executive.overruns[i];
+  health.vo = replay.health.vo;
+  health.boulders = replay.health.boulders;
+  health.fixes = replay.health.fixes;
+  health.overruns = replay.executive.overruns;
   health.dropped_pairs = replay.executive.dropped_pairs;
   append(health, bytes.counts);
   return bytes;

@@ -188,7 +188,7 @@ void check_refused(ChunkStatus expected) {
   assert_memory_equal(transfer.record().have, record.have, sizeof record.have);
   assert_int_equal(transfer.record().taken, record.taken);
   assert_status(transfer.record().status, record.status);
-  for (int i = 0; i < kChunkStatuses; ++i) {
+  for (std::size_t i = 0; i < kChunkStatusCount; ++i) {
     assert_int_equal(transfer.record().counts[i],
                      record.counts[i] + (i == static_cast<int>(expected) ? 1U : 0U));
   }
