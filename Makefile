@@ -358,7 +358,7 @@ $(B)/tests/ground_tools/profile/test_profile_plugin: $(PROFILER)
 # These run the program.
 $(filter $(B)/tests/ground_tools/commands/%,$(TESTS)): $(CAIRN)
 $(addprefix $(B)/tests/ground_tools/,forecast/test_map_forecast profile/test_profile report/test_report): $(CAIRN)
-$(B)/codec_table: $(B)/ground_tools/checks/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+$(B)/codec_table: $(B)/unit_tests/ground_tools/cmap/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
 	@mkdir -p $(@D)

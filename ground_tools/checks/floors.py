@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The include rule: a file includes its own module or a lower floor, nothing else.
+"""The include rule, of fsw and of ground_tools: a file includes its own module or a lower floor, nothing else.
 
 usage: floors.py [ROOT]      check the tree at ROOT (default: the working folder)
        floors.py --self-test
@@ -17,6 +17,16 @@ FLOORS = {
     "localizer": 4,
     "app": 5,
 }
+# ground_tools room -> floor: runs and maps become products, products become comparisons, commands call them all.
+GROUND_FLOORS = {
+    "base": 1,
+    "ortho": 2, "dataset": 2, "plot": 2,
+    "sim": 3, "detect": 3, "cmap": 3, "map": 3,
+    "report": 4, "profile": 4, "forecast": 4, "replay": 4,
+    "campaign": 5,     # sets replays against forecasts
+    "commands": 6,
+}
+GROUND_ALONE = "checks"  # linked with nothing, seen by nobody
 HAL_SEES_FLOOR = 2     # plain structs
 HAL_USERS = {"app"}    # of fsw, alone
 MISSION_HEADERS = {"mission_cfg.hpp", "schedule.hpp", "mission.hpp", "mission_values.hpp"}
@@ -53,6 +63,22 @@ def flight_fault(path, target):
     return f"{own} may not include {first} (floor {FLOORS[first]})"
 
 
+def ground_fault(path, target):
+    """The same for a file of ground_tools."""
+    room, first = path.split("/")[1], target.split("/")[0]
+    if target in MISSION_HEADERS:
+        return None
+    if "/" not in target or first not in {*GROUND_FLOORS, *FLOORS, GROUND_ALONE, "hal", "platform"}:
+        return "ground tools include `room/file.hpp` of ground_tools, fsw, hal, platform or mission_cfg alone"
+    if first == room or first not in {*GROUND_FLOORS, GROUND_ALONE}:
+        return None
+    if GROUND_ALONE in (room, first):
+        return f"{GROUND_ALONE} stands by itself"
+    if GROUND_FLOORS[first] < GROUND_FLOORS[room]:
+        return None
+    return f"{room} (floor {GROUND_FLOORS[room]}) may not include {first} (floor {GROUND_FLOORS[first]})"
+
+
 def standard_fault(path, target):
     """What is wrong with `#include <target>` there."""
     if target in STANDARD or (path == EIGEN_HEADER and target.startswith("Eigen/")):
@@ -71,6 +97,8 @@ def faults_of(path, text):
             fault = flight_fault(path, target) if quote == '"' else standard_fault(path, target)
         elif target.startswith("opencv") and not path.startswith(OPENCV_USERS):
             fault = "OpenCV is for the oracles of unit_tests/opencv alone"
+        elif path.startswith("ground_tools/") and quote == '"':
+            fault = ground_fault(path, target)
         if fault:
             yield f"{path}:{number}: {fault}: {line.strip()}"
 
@@ -88,6 +116,9 @@ def check(root):
                 parts = path.split("/")
                 if parts[0] == "fsw" and (len(parts) != 3 or parts[1] not in FLOORS):
                     faults.append(f"{path}: not in a module that has a floor (floors.py: FLOORS)")
+                    continue
+                if parts[0] == "ground_tools" and (len(parts) < 3 or parts[1] not in {*GROUND_FLOORS, GROUND_ALONE}):
+                    faults.append(f"{path}: not in a room that has a floor (floors.py: GROUND_FLOORS)")
                     continue
                 with open(full, encoding="utf-8") as file:
                     faults.extend(faults_of(path, file.read()))
@@ -116,8 +147,25 @@ def self_test():
         ("hal/clock.hpp", '#include "vo/motion.hpp"'): True,
         ("mission_cfg/paper/mission_values.hpp", '#include "mission.hpp"'): False,
         ("mission_cfg/mission.hpp", '#include "core/assert.hpp"'): True,
-        ("ground_tools/run.cpp", '#include "localizer/a.hpp"\n#include <vector>'): False,
-        ("ground_tools/see.cpp", "#include <opencv2/core.hpp>"): True,
+        ("ground_tools/replay/a.cpp", '#include "localizer/a.hpp"\n#include "hal/clock.hpp"\n#include <vector>'): False,
+        ("ground_tools/replay/b.cpp", '#include "base/a.hpp"\n#include "replay/a.hpp"\n#include "mission_cfg.hpp"'): False,
+        ("ground_tools/replay/c.cpp", '#include "campaign/a.hpp"'): True,
+        ("ground_tools/replay/d.cpp", '#include "forecast/a.hpp"'): True,
+        ("ground_tools/replay/e.cpp", '#include "e.hpp"'): True,
+        ("ground_tools/campaign/a.cpp", '#include "forecast/a.hpp"\n#include "replay/a.hpp"'): False,
+        ("ground_tools/base/a.cpp", '#include "ortho/a.hpp"'): True,
+        ("ground_tools/ortho/a.cpp", '#include "detect/a.hpp"'): True,
+        ("ground_tools/detect/a.cpp", '#include "cmap/a.hpp"'): True,
+        ("ground_tools/cmap/a.cpp", '#include "commands/a.hpp"'): True,
+        ("ground_tools/commands/a.cpp", '#include "campaign/a.hpp"\n#include "base/a.hpp"'): False,
+        ("ground_tools/commands/b.cpp", '#include "checks/a.hpp"'): True,
+        ("ground_tools/checks/a.cpp", '#include "base/a.hpp"'): True,
+        ("ground_tools/checks/b.cpp", '#include "app/flight_app.hpp"'): False,
+        ("ground_tools/profile/plugin/a.cpp", '#include "profile/a.hpp"'): False,
+        ("ground_tools/profile/plugin/b.cpp", '#include "report/a.hpp"'): True,
+        ("ground_tools/radio/a.cpp", "int x;"): True,
+        ("ground_tools/a.cpp", "int x;"): True,
+        ("ground_tools/detect/b.cpp", "#include <opencv2/core.hpp>"): True,
         ("unit_tests/opencv/test_a.cpp", "#include <opencv2/core.hpp>"): False,
     }
     with tempfile.TemporaryDirectory() as root:

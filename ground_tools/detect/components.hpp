@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/byte_stream.hpp"
-#include "detect/pixel_box.hpp"
+#include "ortho/pixel_box.hpp"
 
 namespace cairn::ground {
 

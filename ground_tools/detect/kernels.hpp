@@ -11,7 +11,7 @@
 #include <memory>
 #include <vector>
 
-#include "detect/pixel_box.hpp"
+#include "ortho/pixel_box.hpp"
 #include "ortho/raster_source.hpp"
 
 namespace cairn::ground {

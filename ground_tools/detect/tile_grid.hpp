@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "detect/pixel_box.hpp"
+#include "ortho/pixel_box.hpp"
 #include "ortho/raster_source.hpp"
 
 namespace cairn::ground {

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/tool_error.hpp"
-#include "detect/pixel_box.hpp"
+#include "ortho/pixel_box.hpp"
 #include "ortho/raster.hpp"
 #include "ortho/sun.hpp"
 

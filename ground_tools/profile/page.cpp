@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "report/page.hpp"
+#include "plot/single_page.hpp"
 
 namespace cairn::ground {
 namespace {

@@ -11,14 +11,8 @@ namespace cairn::ground {
 /// content-security policy in the page forbids it to load anything.
 std::string report_page(std::vector<nlohmann::ordered_json> runs);
 
-/// A page of its own from its parts. `data` stands in the element `data`, as JSON; a content-security policy
-/// forbids the page to load anything. `title` is plain text without markup.
-std::string single_page(const std::string& title, const std::string& style, const std::string& body,
-                        const nlohmann::ordered_json& data, const std::string& script);
-
-/// Parts of the page: style sheet, body and script, the same for every report. The script finds its data in
-/// the element `data`.
-extern const char* const kPageStyle;   ///< page_style.cpp
+/// Parts of the page: body and script, the same for every report. The script finds its data in the element
+/// `data`.
 extern const char* const kPageBody;    ///< page_body.cpp
 extern const char* const kPageScript;  ///< page_script.cpp
 

@@ -1,4 +1,4 @@
-#include "report/page.hpp"
+#include "plot/single_page.hpp"
 
 namespace cairn::ground {
 
