@@ -28,12 +28,15 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
-    return app.exit(asked);
+    return cairn::ground::MpiRanks::is_follower() ? 0 : app.exit(asked);
   } catch (const CLI::RuntimeError& answer) {  // a command worked, and its answer is not yes
     return answer.get_exit_code();
   } catch (const CLI::ParseError& error) {
-    if (cairn::ground::MpiRanks::is_follower()) return 1;  // rank 0 says it for all
-    fmt::print(stderr, "cairn: {} (see cairn --help)\n", error.what());
+    // All ranks have the same command line, and so come here. Rank 0 says it for all, and none ends before:
+    // mpirun ends the others with the first that fails.
+    const cairn::ground::MpiRanks ranks;
+    if (ranks.rank() == 0) fmt::print(stderr, "cairn: {} (see cairn --help)\n", error.what());
+    ranks.meet();
     return 1;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "cairn: not enough memory for this input; give a smaller one\n");

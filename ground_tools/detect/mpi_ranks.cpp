@@ -44,6 +44,10 @@ bool MpiRanks::is_follower() {
   return is_launched() && from_environment("OMPI_COMM_WORLD_RANK", "PMI_RANK", 0) != 0;
 }
 
+void MpiRanks::meet() const {
+  if (size_ > 1) MPI_Barrier(MPI_COMM_WORLD);
+}
+
 void MpiRanks::send(int to, const Bytes& message) const {
   if (message.size() > INT_MAX)
     throw ToolError("a tile's result is too large to send; choose a smaller --tile");

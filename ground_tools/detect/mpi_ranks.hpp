@@ -23,6 +23,9 @@ class MpiRanks {
   /// How many of them run on this machine.
   int on_this_machine() const { return neighbours_; }
 
+  /// Returns once every rank has called it.
+  void meet() const;
+
   void send(int to, const Bytes& message) const;
   /// The next message from any rank, where one has arrived; does not wait.
   bool receive(Bytes& message, int& from) const;
