@@ -217,10 +217,21 @@ sdk: ## for integrators: library, headers, cairn.pc, board files, example; in bu
 	@$(if $(BARE_BOARD),cp $(BARE_BOARD) $(SDK).part/platform/$(TARGET)/boot.elf)
 	@rm -rf $(SDK) && mv $(SDK).part $(SDK) && echo 'sdk: $(SDK)'
 
-# As a stranger would: the example, copied away, knows the SDK alone.
-try-sdk: sdk
-	@rm -rf $(B)/my_rover && cp -R $(SDK)/example $(B)/my_rover && printf 'The integration example on an emulated %s\n' '$(TARGET)'
-	@$(MAKE) --no-print-directory -s -C $(B)/my_rover SDK=$(SDK) run
+# As a stranger would: the example, copied away, knows the SDK alone. What doc/INTEGRATION.md promises of it must hold.
+GUIDE    := doc/INTEGRATION.md
+MY_ROVER := $(B)/my_rover
+try-sdk: ## the integration guide's example on emulated boards, and the guide's figures (TARGET=..., default all of them)
+ifdef BARE
+	@$(MAKE) --no-print-directory deps-test
+	@$(MAKE) --no-print-directory sdk
+	@rm -rf $(MY_ROVER) && cp -R $(SDK)/example $(MY_ROVER) && printf 'The integration example on an emulated %s\n' '$(TARGET)'
+	@$(MAKE) --no-print-directory -s -C $(MY_ROVER) SDK=$(SDK)
+	@timeout 600 $(MAKE) --no-print-directory -s -C $(MY_ROVER) SDK=$(SDK) run >$(MY_ROVER)/run.log || { cat $(MY_ROVER)/run.log; exit 1; }
+	@cat $(MY_ROVER)/run.log
+	@$(CHECK)/integration.py $(TOOLS) --target $(TARGET) --needs '$(FLIGHT_NEEDS)' --size $(SIZE) $(GUIDE) $(FSW_LIB) $(MY_ROVER)
+else
+	@faults=0; for t in $(filter-out host,$(TARGETS)); do $(MAKE) --no-print-directory TARGET=$$t try-sdk || faults=1; done; exit $$faults
+endif
 .PHONY: replay FORCE
 
 clean: ## remove build/
@@ -464,7 +475,7 @@ CHECK        = python3 -B ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
 OF_TEXT     := floors trace names layout
-SELF_TESTS  := $(addprefix check-self-,$(PROOFS) $(if $(BARE),,$(OF_TEXT)))
+SELF_TESTS  := $(addprefix check-self-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) integration))
 CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS)) $(if $(BARE),,$(addprefix check-,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
 # An image is proved with the library where there is one that is not older.

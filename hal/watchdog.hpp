@@ -4,7 +4,7 @@
 
 namespace cairn::hal {
 
-/// Once a cycle, and nowhere else.
+/// Once a cycle, and nowhere else: the main loop must come round when it is idle, too.
 void watchdog_kick();
 
 }  // namespace cairn::hal

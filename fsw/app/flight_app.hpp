@@ -2,10 +2,12 @@
 /// this object, and the one instance of it is `cairn::app::root`.
 ///
 /// The platform calls `cycle` from its main loop, as often as it can; each call spends about cfg::kSliceOps
-/// operations, so that other work of the processor is never held up longer. A cycle: kick the watchdog, then
-/// the first of these that there is: go on with the minor frame, and report it at its end; carry out one
-/// telecommand; go on with the validation of a map, or with the verification of an upload; take the next
-/// pair. So no telecommand falls into a minor frame, and what it does depends on no slicing.
+/// operations, so that other work of the processor is never held up longer. Where there is nothing to do the
+/// platform may sleep, but not past half the watchdog's period: only a cycle kicks.
+///
+/// A cycle: kick the watchdog, then the first of these that there is: go on with the minor frame, and report
+/// it at its end; carry out one telecommand; go on with the validation of a map, or with the verification of
+/// an upload; take the next pair. So no telecommand falls into a minor frame, whatever the slicing.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +28,7 @@ class FlightApp {
 
   /// What a cycle left to do.
   enum class State : std::uint8_t {
-    kIdle,  ///< nothing until something comes in
+    kIdle,  ///< nothing until something comes in; call again within half the watchdog's period
     kBusy,  ///< call again
   };
   State cycle(std::uint32_t slice_ops = cfg::kSliceOps);

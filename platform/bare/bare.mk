@@ -6,6 +6,7 @@ AR      := $(TRIPLE)ar
 NM      := $(TRIPLE)nm
 READELF := $(TRIPLE)readelf
 OBJDUMP := $(TRIPLE)objdump
+SIZE    := $(TRIPLE)size
 OPT     := -O2
 BARE    := 1
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // All that Cairn asks of a board, each in a few lines: camera, link, map bank, clock, watchdog, assertion
-// handler. The camera of this example looks at a textured wall and moves to its right; a real one comes here.
+// handler. The camera of this example looks at a textured wall, moves to its right, and in the middle stands
+// for three periods of the watchdog; a real one comes here.
 #include "my_hal.hpp"
 
 #include "app/flight_app.hpp"
@@ -12,10 +13,7 @@
 #include "platform/bare/board.h"  // board_putc, board_exit: your own board's
 
 namespace my {
-
-int frames = 0;
-int frames_right = 0;
-unsigned long kicks = 0;
+namespace {
 
 void print(const char* before, long number, const char* after) {
   char digits[12];
@@ -30,8 +28,6 @@ void print(const char* before, long number, const char* after) {
   board_put(after);
 }
 
-namespace {
-
 using cairn::cfg::kImageHeight;
 using cairn::cfg::kImageWidth;
 using cairn::cfg::kMission;
@@ -40,10 +36,45 @@ constexpr int kDisparity_px = 16;
 constexpr int kShift_px = 6;  // a frame
 // f b / d away, the wall moves by Z / f = b / d a pixel.
 constexpr double kStep_m = kMission.baseline_m * kShift_px / kDisparity_px;
+constexpr int kFrames = 6;
 
+// In instructions of the emulated processor. The watchdog's period is several of the longest cycles.
+constexpr std::uint64_t kWatchdogPeriod = 200'000'000;
+constexpr std::uint64_t kLongestWait = kWatchdogPeriod / 2;
+constexpr std::uint64_t kStand = 3 * kWatchdogPeriod;  // after half of the frames
+
+int frames = 0;
+int frames_right = 0;  // with the motion that the camera made
 int camera_frames = 0;
+std::uint64_t stands_until = 0;
 bool start_commanded = false;
 cairn::Pose3 last_pose;
+
+std::uint64_t last_kick = 0;
+std::uint64_t longest_unkicked = 0;
+long kicks = 0;
+
+/// A real watchdog is a device, and needs nobody to ask.
+void watchdog_bites_where_late() {
+  const std::uint64_t unkicked = board_instructions() - last_kick;
+  if (unkicked > longest_unkicked) longest_unkicked = unkicked;
+  if (unkicked <= kWatchdogPeriod) return;
+  board_put("the watchdog resets the processor\n");
+  board_exit(4);
+}
+
+bool has_pair() { return camera_frames < kFrames && board_instructions() >= stands_until; }
+
+/// The drive of this example ends here; a rover's does not.
+[[noreturn]] void end() {
+  print("cycles ", kicks, "");
+  print(", watchdog kicked after at most ", static_cast<long>(100 * longest_unkicked / kWatchdogPeriod),
+        " % of its period");
+  print(", stack ", static_cast<long>(board_stack_used()), " bytes");
+  print(", frames as they should be ", frames_right, "");
+  print(" of ", frames, "\n");
+  board_exit(frames_right == frames ? 0 : 1);
+}
 
 std::uint32_t hash(int u, int v) {
   std::uint32_t h = static_cast<std::uint32_t>(u) * 0x9E3779B1U ^ static_cast<std::uint32_t>(v) * 0x85EBCA77U;
@@ -93,9 +124,18 @@ void report(const cairn::app::FrameReport& frame) {
   print(", down ", um(step.y()), "");
   print(", forward ", um(step.z()), " um");
   print(" (true: ", um(kStep_m), ", 0, 0)\n");
+  if (frames == kFrames) end();
 }
 
 }  // namespace
+
+void wait_for_work() {  // a rover: the processor sleeps, a timer wakes it
+  const std::uint64_t from = board_instructions();
+  while (!has_pair() && board_instructions() - from < kLongestWait) watchdog_bites_where_late();
+}
+
+void safe_state() { board_exit(2); }
+
 }  // namespace my
 
 namespace cairn {
@@ -104,12 +144,13 @@ void assert_failed(const char* file, int line) {
   board_put("flight assertion failed: ");
   board_put(file);
   my::print(" line ", line, "\n");
-  board_exit(3);  // a rover: the safe state
+  my::safe_state();
 }
 
 namespace hal {
 
 bool camera_take(const StereoBuffer& buffer, StereoInfo& info) {
+  if (!my::has_pair()) return false;
   if (buffer.left == nullptr || buffer.capacity < cfg::kImagePixels) return true;  // a pair that is let go
   const int moved = my::camera_frames * my::kShift_px;
   my::draw(buffer.left, moved);
@@ -117,6 +158,7 @@ bool camera_take(const StereoBuffer& buffer, StereoInfo& info) {
            moved + my::kDisparity_px);  // what the left camera sees at u, the right one sees at u - d
   info = StereoInfo();
   info.number = static_cast<std::uint32_t>(my::camera_frames++);
+  if (my::camera_frames == my::kFrames / 2) my::stands_until = board_instructions() + my::kStand;
   info.t_capture_us = info.number * std::uint64_t{1000000};
   info.left_width = info.right_width = cfg::kImageWidth;
   info.left_height = info.right_height = cfg::kImageHeight;
@@ -152,7 +194,11 @@ bool switch_map_banks() { return false; }  // a rover: which bank is in use, kep
 
 std::uint64_t clock_us() { return 0; }  // a rover: its time base
 
-void watchdog_kick() { ++my::kicks; }  // a rover: the watchdog's register
+void watchdog_kick() {  // a rover: the watchdog's register
+  my::watchdog_bites_where_late();
+  my::last_kick = board_instructions();
+  ++my::kicks;
+}
 
 }  // namespace hal
 }  // namespace cairn

@@ -4,11 +4,11 @@
 
 namespace my {
 
-/// Text, number and text on the UART.
-void print(const char* before, long number, const char* after);
+/// Sleeps until there is a pair or a command, and no longer than half the watchdog's period: a rover that
+/// stands gets neither for hours, and the main loop must come round to cycle(), which kicks.
+void wait_for_work();
 
-extern int frames;           ///< that the flight module has reported
-extern int frames_right;     ///< of these, with the motion that the camera made
-extern unsigned long kicks;  ///< of the watchdog
+/// Where the flight module cannot go on.
+[[noreturn]] void safe_state();
 
 }  // namespace my
