@@ -25,6 +25,8 @@ struct Mission {
   int max_labels = 128;                ///< segmented regions per frame
   int max_map_window_boulders = 4096;  ///< orbital boulders near the rover
   int max_local_boulders = 256;        ///< ground boulders in the sliding window
+  int max_wide_map_boulders = 16384;   ///< of the map, where a lost rover is looked for
+  int occupancy_bits = 8 * 1024 * 1024;  ///< raster of the same
   int max_map_chunks = 4096;           ///< of one uplinked map (orbital_map/map_transfer.hpp)
 
   // Budgets of memory; `make check` holds each target's library to them.

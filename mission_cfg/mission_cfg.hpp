@@ -14,6 +14,8 @@ inline constexpr std::size_t kImagePixels = static_cast<std::size_t>(kImageWidth
 inline constexpr std::size_t kMaxFeatures = kMission.max_features;
 inline constexpr std::size_t kMaxLabels = kMission.max_labels;
 inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
+inline constexpr std::size_t kMaxWideMapBoulders = kMission.max_wide_map_boulders;
+inline constexpr std::size_t kOccupancyBits = kMission.occupancy_bits;
 inline constexpr std::size_t kMaxLocalBoulders = kMission.max_local_boulders;
 inline constexpr std::size_t kMaxMapChunks = kMission.max_map_chunks;
 inline constexpr std::size_t kRootMaxBytes = kMission.root_max_bytes;
@@ -32,6 +34,7 @@ inline constexpr std::size_t kObserverMaxBytes = 16 * kImagePixels;
 inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;
 inline constexpr std::size_t kTracksMaxBytes = 256 * kMaxLocalBoulders;
 inline constexpr std::size_t kMapWindowMaxBytes = 32 * kMaxMapWindowBoulders;
+inline constexpr std::size_t kWideMapMaxBytes = kOccupancyBits / 8 + 20 * kMaxWideMapBoulders;
 
 inline constexpr std::size_t kTransferMaxBytes = 4 * 1024 + kMaxMapChunks / 8;
 
@@ -46,6 +49,8 @@ static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMis
 static_assert(kMission.probe_spacing_px >= 3 && kMission.probe_spacing_px <= 16, "probes: every 3 to 16 px");
 static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF,
               "map boulders are indexed by 16 bits");
+static_assert(kMaxWideMapBoulders >= 1 && kMaxWideMapBoulders < 0xFFFF, "boulders of the wide map are indexed by 16 bits");
+static_assert(kOccupancyBits % 32 == 0 && kOccupancyBits >= 1024 * 1024, "the raster: whole words, a megabit and more");
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
 static_assert(kMaxMapChunks >= 1 && kMaxMapChunks <= 0xFFFF, "chunks are numbered by 16 bits");
 static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");

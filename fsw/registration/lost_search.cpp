@@ -1,0 +1,584 @@
+#include "registration/lost_search.hpp"
+
+#include <cmath>
+
+#include "core/exp_log.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr double kNoSize = -1.0e3;
+constexpr double kHitShare = 0.9;                             // of true boulders that find a set cell
+constexpr double kScale = 64.0;                               // of scores in the sequential test, 1/nat
+constexpr int kRounds = 3;                                    // of the fit, before the score
+constexpr double kGates[kRounds + 1] = {5.0, 4.0, 3.0, 4.0};  // sigmas, and of the score
+constexpr double kSameM = 0.5;  // poses nearer than this, and turned less, are one
+constexpr double kSameRad = 0.1;
+constexpr std::int32_t kFarthest = 60000;  // of a look, so that its turn fits 32 bits
+
+double square(double v) { return v * v; }
+
+}  // namespace
+
+SearchStatus LostSearch::start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
+                               const Vec2& pivot_site_m, const SearchRegion& region) {
+  params_ = params;
+  map_ = &map;
+  region_ = region;
+  hits_.clear();
+  queue_.clear();
+  queue_at_ = 0;
+  ops_ = 0;
+  hypotheses_ = 0;
+  pairs_tried_ = pairs_since_best_ = 0;
+  phase_ = Phase::kChoose;
+  row_ = 0;
+  for (std::uint32_t& word : tried_) word = 0;
+  const auto in = [](double v, double low, double high) { return v >= low && v <= high; };
+  const bool good =
+      in(params.sigma_pair_m, 1e-3, 1.0) && in(params.drift, 0.0, 0.1) && in(params.true_share, 0.05, 0.95) &&
+      (params.sigma_size == 0.0 || in(params.sigma_size, 0.01, 2.0)) && in(params.accept_nats, 0.0, 100.0) &&
+      in(params.margin_nats, 0.0, 100.0) && in(params.floor_nats, 1.0, 20.0) && params.max_pairs >= 1 &&
+      params.max_pairs <= 10000 && std::isfinite(pivot_site_m.x()) && std::isfinite(pivot_site_m.y()) &&
+      (region.anywhere || (in(region.radius_m, 0.01, 1e5) && std::isfinite(region.centre_map_m.x()) &&
+                           std::isfinite(region.centre_map_m.y()))) &&
+      in(region.half_sector_rad, 0.01, kPi) && in(region.yaw_rad, -10.0, 10.0);
+  if (!good) return status_ = SearchStatus::kBadInput;
+  if (!map.ready() || map.size() == 0) return status_ = SearchStatus::kNoMap;
+  return status_ = take_local(local, pivot_site_m);
+}
+
+SearchStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_site_m) {
+  local_.clear();
+  Vec2 sum(0.0, 0.0);
+  for (const LocalBoulder& b : local) {
+    if (!(std::fabs(b.p_site_m.x()) <= 1e7 && std::fabs(b.p_site_m.y()) <= 1e7))
+      return SearchStatus::kBadInput;
+    sum += b.p_site_m;
+  }
+  if (local.size() < 4) return SearchStatus::kTooFewBoulders;
+  middle_site_m_ = sum / static_cast<double>(local.size());
+  pivot_x_ = pivot_site_m.x() - middle_site_m_.x();
+  pivot_y_ = pivot_site_m.y() - middle_site_m_.y();
+  double spread2 = 0.0;
+  for (const LocalBoulder& b : local) {
+    const Vec2 p = b.p_site_m - middle_site_m_;
+    spread2 += p.squaredNorm();
+    const double size =
+        params_.sigma_size > 0.0 && b.diameter_m > 0.0F ? ln(static_cast<double>(b.diameter_m)) : kNoSize;
+    static_cast<void>(local_.push_back(
+        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(size), 0}));
+  }
+  // The radius of a disc of boulders that spread as far.
+  const double radius = std::sqrt(2.0 * spread2 / static_cast<double>(local.size()));
+  min_length_m_ = 0.5 * radius;
+  max_length_m_ = 1.2 * radius;
+  if (!(min_length_m_ > 4.0 * params_.sigma_pair_m)) return SearchStatus::kTooFewBoulders;
+  const double half = region_.half_sector_rad;
+  const double place = region_.anywhere ? map_->area_m2() : kPi * square(region_.radius_m);
+  log_volume_ = ln(place * 2.0 * half);
+  const double t = params_.true_share;
+  for (int k = 0; k < kShareLevels; ++k) {
+    const double q = (k + 0.5) / kShareLevels;
+    const double p = t * kHitShare + (1.0 - t) * q;
+    const double hit = p > q ? ln(p / q) : 0.0;
+    const double miss = p > q ? ln((1.0 - p) / (1.0 - q)) : 0.0;
+    hit_[k] = static_cast<std::int16_t>(kScale * hit);
+    miss_[k] = static_cast<std::int16_t>(kScale * miss);
+  }
+  const SinCos sector = sin_cos(wrap_angle(region_.yaw_rad));
+  sector_cos_ = sector.cos;
+  sector_sin_ = sector.sin;
+  sector_edge_ = half < kPi ? sin_cos(half).cos : -2.0;
+  return SearchStatus::kRunning;
+}
+
+Progress LostSearch::step(WorkBudget& budget) {
+  spent_before_ = budget.spent();
+  bool on = true;
+  while (on && status_ == SearchStatus::kRunning) {
+    switch (phase_) {
+      case Phase::kChoose: on = choose_step(budget); break;
+      case Phase::kSweep: on = sweep_step(budget); break;
+      case Phase::kLook: on = look_step(budget); break;
+      case Phase::kFit: on = fit_step(budget); break;
+    }
+  }
+  account(budget);
+  return status_ == SearchStatus::kRunning ? Progress::kMore : Progress::kDone;
+}
+
+void LostSearch::account(const WorkBudget& budget) {
+  ops_ += budget.spent() - spent_before_;
+  spent_before_ = budget.spent();
+}
+
+// ---- the next local pair
+
+bool LostSearch::choose_step(WorkBudget& budget) {
+  if (row_ == 0) best_cost_ = -1.0;
+  for (; row_ < local_.size(); ++row_) {
+    if (!budget.take(10 + 10 * static_cast<std::uint32_t>(local_.size() - row_))) return false;
+    choose_row(row_);
+  }
+  row_ = 0;
+  if (best_cost_ < 0.0 || pairs_tried_ >= params_.max_pairs) {
+    conclude();
+    return true;
+  }
+  begin_pair();
+  return true;
+}
+
+void LostSearch::choose_row(std::size_t i) {
+  const Point& a = local_[i];
+  for (std::size_t j = i + 1; j < local_.size(); ++j) {
+    const Point& b = local_[j];
+    const double length2 = square(static_cast<double>(b.x - a.x)) + square(static_cast<double>(b.y - a.y));
+    if (length2 < square(min_length_m_) || length2 > square(max_length_m_) || was_tried(i, j)) continue;
+    // As many map pairs as far apart, for boulders of equal rank: used ones wait.
+    const double uses = (1.0 + a.used) * (1.0 + b.used);
+    const double cost = length2 * square(uses) * square(rarity(a) * rarity(b));
+    if (best_cost_ >= 0.0 && cost >= best_cost_) continue;
+    best_cost_ = cost;
+    pair_i_ = static_cast<std::uint16_t>(i);
+    pair_j_ = static_cast<std::uint16_t>(j);
+  }
+}
+
+/// Share of boulders that could be this one by size, from the rock law: large ones are rare. 1 without sizes.
+double LostSearch::rarity(const Point& p) {
+  if (static_cast<double>(p.size) <= kNoSize) return 1.0;
+  const double size = static_cast<double>(p.size) + 3.0;  // ln(d / 5 cm)
+  return size > 0.0 ? 1.0 / square(1.0 + size) : 1.0;
+}
+
+bool LostSearch::was_tried(std::size_t i, std::size_t j) const {
+  const std::size_t k = j * (j - 1) / 2 + i;
+  return ((tried_[k / 32] >> (k % 32)) & 1U) != 0;
+}
+
+void LostSearch::begin_pair() {
+  Point& a = local_[pair_i_];
+  Point& b = local_[pair_j_];
+  ++a.used;
+  ++b.used;
+  const std::size_t k = static_cast<std::size_t>(pair_j_) * (pair_j_ - 1U) / 2 + pair_i_;
+  tried_[k / 32] |= 1U << (k % 32);
+  dx_ = static_cast<double>(b.x - a.x);
+  dy_ = static_cast<double>(b.y - a.y);
+  length_m_ = std::sqrt(dx_ * dx_ + dy_ * dy_);
+  tolerance_m_ = 3.0 * std::sqrt(2.0 * square(params_.sigma_pair_m) + square(params_.drift * length_m_));
+  const double mx = 0.5 * static_cast<double>(a.x + b.x);
+  const double my = 0.5 * static_cast<double>(a.y + b.y);
+  middle_dx_ = mx;
+  middle_dy_ = my;
+  sort_looks(mx, my);
+  lay_ring();
+  boulder_ = 0;
+  ring_at_ = 0;
+  bucket_at_ = 0;
+  ring_begun_ = false;
+  phase_ = Phase::kSweep;
+}
+
+/// Nearest to the middle of the pair first: an error of the pair turns far ones away.
+void LostSearch::sort_looks(double mx, double my) {
+  const double units = kUnits / map_->cell_m();
+  looks_.clear();
+  for (std::size_t i = 0; i < local_.size(); ++i) {
+    if (i == pair_i_ || i == pair_j_) continue;
+    const double x = (static_cast<double>(local_[i].x) - mx) * units;
+    const double y = (static_cast<double>(local_[i].y) - my) * units;
+    if (std::fabs(x) > kFarthest || std::fabs(y) > kFarthest) continue;
+    const Look item{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)};
+    const auto far = [](const Look& l) { return square(l.x) + square(l.y); };
+    static_cast<void>(looks_.push_back(item));
+    std::size_t at = looks_.size() - 1;
+    for (; at > 0 && far(looks_[at - 1]) > far(item); --at) looks_[at] = looks_[at - 1];
+    looks_[at] = item;
+  }
+}
+
+void LostSearch::lay_ring() {
+  ring_.clear();
+  const double c = map_->bucket_m();
+  const double outer = length_m_ + tolerance_m_;
+  const double inner = length_m_ > tolerance_m_ ? length_m_ - tolerance_m_ : 0.0;
+  const int reach = static_cast<int>(outer / c) + 1;
+  for (int y = -reach; y <= reach; ++y) {
+    for (int x = -reach; x <= reach; ++x) {
+      const int ax = x < 0 ? -x : x;
+      const int ay = y < 0 ? -y : y;
+      const double near2 = square(c * (ax > 0 ? ax - 1 : 0)) + square(c * (ay > 0 ? ay - 1 : 0));
+      const double far2 = square(c * (ax + 1)) + square(c * (ay + 1));
+      if (near2 > square(outer) || far2 < square(inner)) continue;
+      if (reach > 100 || !ring_.push_back({static_cast<std::int8_t>(x), static_cast<std::int8_t>(y)})) return;
+    }
+  }
+}
+
+// ---- the map's pairs
+
+bool LostSearch::sweep_step(WorkBudget& budget) {
+  while (boulder_ < map_->size()) {
+    if (!ring_begun_) {
+      if (!budget.take(12)) return false;
+      ring_begun_ = begin_boulder();
+      if (!ring_begun_) {
+        ++boulder_;
+        continue;
+      }
+    }
+    while (ring_at_ < ring_.size()) {
+      const int column = column_ + ring_[ring_at_].dx;
+      const int row = bucket_row_ + ring_[ring_at_].dy;
+      const bool inside = column >= 0 && row >= 0 && column < map_->columns() && row < map_->rows();
+      const std::uint32_t first = inside ? map_->first_in(column, row) + bucket_at_ : 0;
+      const std::uint32_t all = inside ? map_->end_in(column, row) : 0;
+      const std::uint32_t end = all - first > kMaxQueue ? first + kMaxQueue : all;
+      if (!budget.take(2 + 4 * (end - first))) return false;
+      bucket_at_ += end - first;
+      if (end == all) {
+        ++ring_at_;
+        bucket_at_ = 0;
+      }
+      scan(first, end);
+      if (!queue_.empty()) {
+        queue_at_ = 0;
+        phase_ = Phase::kLook;
+        return true;
+      }
+    }
+    ring_at_ = 0;
+    ring_begun_ = false;
+    ++boulder_;
+  }
+  account(budget);
+  end_pair();
+  return true;
+}
+
+/// False where this boulder cannot be the pair's first.
+bool LostSearch::begin_boulder() {
+  const WideMap::Point& a = map_->point(boulder_);
+  ax_ = static_cast<double>(a.x_m);
+  ay_ = static_cast<double>(a.y_m);
+  if (!size_agrees(local_[pair_i_], boulder_)) return false;
+  if (!region_.anywhere) {
+    const Vec2 off = Vec2(ax_, ay_) + map_->origin_map_m() - region_.centre_map_m;
+    const double reach = region_.radius_m + reach_of_pivot();
+    if (off.squaredNorm() > reach * reach) return false;
+  }
+  column_ = map_->column_of(ax_);
+  bucket_row_ = map_->row_of(ay_);
+  return true;
+}
+
+double LostSearch::reach_of_pivot() const {
+  const Point& a = local_[pair_i_];
+  return std::sqrt(square(pivot_x_ - static_cast<double>(a.x)) + square(pivot_y_ - static_cast<double>(a.y)));
+}
+
+bool LostSearch::size_agrees(const Point& local, std::uint32_t map_index) const {
+  if (static_cast<double>(local.size) <= kNoSize) return true;
+  const double d = map_->diameter_m(map_index);
+  if (!(d > 0.0)) return true;
+  const double off = ln(d) - static_cast<double>(local.size);
+  return std::fabs(off) <= 3.0 * params_.sigma_size;
+}
+
+/// How much likelier the two sizes are of one boulder than of two of the map's.
+double LostSearch::size_ratio(const Point& local, std::uint32_t map_index) const {
+  const double d = map_->diameter_m(map_index);
+  if (static_cast<double>(local.size) <= kNoSize || !(d > 0.0)) return 1.0;
+  const double off = (ln(d) - static_cast<double>(local.size)) / params_.sigma_size;
+  const double same = exp(-0.5 * off * off) / (params_.sigma_size * std::sqrt(2.0 * kPi));
+  return same / map_->size_density(static_cast<double>(local.size));
+}
+
+void LostSearch::scan(std::uint32_t first, std::uint32_t end) {
+  const double low2 = length_m_ > tolerance_m_ ? square(length_m_ - tolerance_m_) : 0.0;
+  const double high2 = square(length_m_ + tolerance_m_);
+  for (std::uint32_t k = first; k < end; ++k) {
+    const std::uint32_t b = map_->by_bucket(k);
+    const double mx = static_cast<double>(map_->point(b).x_m) - ax_;
+    const double my = static_cast<double>(map_->point(b).y_m) - ay_;
+    const double length2 = mx * mx + my * my;
+    if (length2 < low2 || length2 > high2 || b == boulder_ || !size_agrees(local_[pair_j_], b)) continue;
+    propose(mx, my, length2);
+  }
+}
+
+void LostSearch::propose(double mx, double my, double length2) {
+  // 1 / (|map pair| |local pair|) without a root: the two are nearly equal.
+  const double inverse2 = 1.0 / (length_m_ * length_m_);
+  const double e = 0.5 * (length2 * inverse2 - 1.0);
+  const double scale = inverse2 * (1.0 - e * (1.0 - 1.5 * e));
+  const double c = (mx * dx_ + my * dy_) * scale;
+  const double s = (my * dx_ - mx * dy_) * scale;
+  if (c * sector_cos_ + s * sector_sin_ < sector_edge_) return;
+  const double units = kUnits / map_->cell_m();
+  Hypothesis h;
+  h.x = static_cast<std::int32_t>((ax_ + 0.5 * mx) * units);
+  h.y = static_cast<std::int32_t>((ay_ + 0.5 * my) * units);
+  h.cos = static_cast<std::int32_t>(c * kOne);
+  h.sin = static_cast<std::int32_t>(s * kOne);
+  static_cast<void>(queue_.push_back(h));
+  ++hypotheses_;
+}
+
+void LostSearch::end_pair() {
+  ++pairs_tried_;
+  ++pairs_since_best_;
+  phase_ = Phase::kChoose;
+  if (ops_ >= params_.max_ops || enough()) conclude();
+}
+
+bool LostSearch::enough() const {
+  if (hits_.empty() || hits_[0].score_nats < params_.accept_nats) return false;
+  return behind_nats() >= params_.margin_nats ? pairs_since_best_ >= 1 : pairs_since_best_ >= 4;
+}
+
+void LostSearch::conclude() {
+  if (hits_.empty() || hits_[0].score_nats < params_.accept_nats) {
+    status_ = SearchStatus::kNotFound;
+  } else {
+    status_ = behind_nats() >= params_.margin_nats ? SearchStatus::kFound : SearchStatus::kAmbiguous;
+  }
+}
+
+double LostSearch::behind_nats() const {
+  if (hits_.empty()) return 0.0;
+  return hits_.size() > 1 ? hits_[0].score_nats - hits_[1].score_nats : hits_[0].score_nats;
+}
+
+// ---- the sequential test
+
+bool LostSearch::look_step(WorkBudget& budget) {
+  while (queue_at_ < queue_.size()) {
+    if (!budget.take(40)) return false;
+    const Hypothesis& h = queue_[queue_at_];
+    ++queue_at_;
+    std::uint32_t looks = 0;
+    const bool passed = passes(h, looks);
+    budget.charge(2 * looks);
+    if (!passed) continue;
+    begin_fit(h);
+    phase_ = Phase::kFit;
+    return true;
+  }
+  queue_.clear();
+  phase_ = Phase::kSweep;
+  return true;
+}
+
+bool LostSearch::passes(const Hypothesis& h, std::uint32_t& looks) const {
+  const int level = map_->density(h.x / kUnits, h.y / kUnits) * kShareLevels / 65536;
+  const int hit = hit_[level];
+  const int miss = miss_[level];
+  const int floor = static_cast<int>(-params_.floor_nats * kScale);
+  const int pass = static_cast<int>(params_.floor_nats * kScale);
+  int score = 0;
+  for (const Look& l : looks_) {
+    const std::int32_t x = h.x + ((h.cos * l.x - h.sin * l.y) >> 14);
+    const std::int32_t y = h.y + ((h.sin * l.x + h.cos * l.y) >> 14);
+    score += map_->occupied(x >> 6, y >> 6) ? hit : miss;
+    ++looks;
+    if (score < floor) return false;
+  }
+  return score >= pass;
+}
+
+// ---- the fit
+
+void LostSearch::begin_fit(const Hypothesis& h) {
+  const double c = static_cast<double>(h.cos) / kOne;
+  const double s = static_cast<double>(h.sin) / kOne;
+  const double cell = map_->cell_m() / kUnits;
+  fit_.yaw = atan2(s, c);
+  fit_.x = h.x * cell - (c * middle_dx_ - s * middle_dy_);
+  fit_.y = h.y * cell - (s * middle_dx_ + c * middle_dy_);
+  round_ = 0;
+  begin_round();
+}
+
+void LostSearch::begin_round() {
+  const SinCos r = sin_cos(fit_.yaw);
+  fit_cos_ = r.cos;
+  fit_sin_ = r.sin;
+  fit_at_ = 0;
+  fit_pairs_ = 0;
+  for (double& v : log_sum_) v = 0.0;
+  for (double& v : sum_) v = 0.0;
+}
+
+bool LostSearch::fit_step(WorkBudget& budget) {
+  for (;;) {
+    while (fit_at_ < local_.size()) {
+      const Place p = place();
+      if (!budget.take(60 + 10 * boulders_about(p))) return false;
+      take_nearest(p);
+      ++fit_at_;
+    }
+    if (round_ == kRounds || fit_pairs_ < 3) break;
+    estimate();
+    ++round_;
+    begin_round();
+  }
+  if (round_ == kRounds && fit_pairs_ >= 3) keep();
+  phase_ = Phase::kLook;
+  return true;
+}
+
+LostSearch::Place LostSearch::place() const {
+  const double lx = static_cast<double>(local_[fit_at_].x);
+  const double ly = static_cast<double>(local_[fit_at_].y);
+  Place p{};
+  p.x = fit_cos_ * lx - fit_sin_ * ly + fit_.x;
+  p.y = fit_sin_ * lx + fit_cos_ * ly + fit_.y;
+  p.variance = square(params_.sigma_pair_m) + square(params_.drift) * (lx * lx + ly * ly);
+  p.gate = kGates[round_] * std::sqrt(p.variance);
+  p.column0 = map_->column_of(p.x - p.gate);
+  p.column1 = map_->column_of(p.x + p.gate);
+  p.row0 = map_->row_of(p.y - p.gate);
+  p.row1 = map_->row_of(p.y + p.gate);
+  return p;
+}
+
+std::uint32_t LostSearch::boulders_about(const Place& p) const {
+  std::uint32_t count = 0;
+  for (int row = p.row0; row <= p.row1; ++row) {
+    for (int column = p.column0; column <= p.column1; ++column)
+      count += map_->end_in(column, row) - map_->first_in(column, row);
+  }
+  return count;
+}
+
+void LostSearch::take_nearest(const Place& p) {
+  double best2 = p.gate * p.gate;
+  double best_x = 0.0;
+  double best_y = 0.0;
+  double likelihood = 0.0;
+  bool found = false;
+  for (int row = p.row0; row <= p.row1; ++row) {
+    for (int column = p.column0; column <= p.column1; ++column) {
+      const std::uint32_t end = map_->end_in(column, row);
+      for (std::uint32_t k = map_->first_in(column, row); k < end; ++k) {
+        const WideMap::Point& m = map_->point(map_->by_bucket(k));
+        const double mx = static_cast<double>(m.x_m);
+        const double my = static_cast<double>(m.y_m);
+        const double r2 = square(mx - p.x) + square(my - p.y);
+        if (r2 > p.gate * p.gate) continue;
+        if (round_ == kRounds) {
+          likelihood += exp(-0.5 * r2 / p.variance) / (2.0 * kPi * p.variance) *
+                        size_ratio(local_[fit_at_], map_->by_bucket(k));
+        }
+        if (r2 > best2) continue;
+        best2 = r2;
+        best_x = mx;
+        best_y = my;
+        found = true;
+      }
+    }
+  }
+  if (round_ == kRounds) score(p, likelihood);
+  if (!found) return;
+  ++fit_pairs_;
+  const double w = 1.0 / p.variance;
+  const double lx = static_cast<double>(local_[fit_at_].x);
+  const double ly = static_cast<double>(local_[fit_at_].y);
+  const double terms[8] = {w,
+                           w * lx,
+                           w * ly,
+                           w * best_x,
+                           w * best_y,
+                           w * (lx * best_x + ly * best_y),
+                           w * (lx * best_y - ly * best_x),
+                           w * (lx * lx + ly * ly)};
+  for (int k = 0; k < 8; ++k) sum_[k] += terms[k];
+}
+
+void LostSearch::score(const Place& place, double likelihood) {
+  const auto cell = [&](double at) { return static_cast<std::int32_t>(at / map_->cell_m()); };
+  const double q = map_->density(cell(place.x), cell(place.y)) / 65536.0;
+  const double lambda = -ln(1.0 - q) / map_->spread_of_boulder_m2();
+  for (std::size_t k = 0; k < kShares; ++k) {
+    log_sum_[k] += ln((1.0 - kShare[k]) + kShare[k] / lambda * likelihood);
+  }
+}
+
+/// The rigid motion that fits the pairs best (Umeyama 1991, in the plane).
+void LostSearch::estimate() {
+  const double w = sum_[0];
+  const double lx = sum_[1] / w;
+  const double ly = sum_[2] / w;
+  const double mx = sum_[3] / w;
+  const double my = sum_[4] / w;
+  const double dot = sum_[5] - w * (lx * mx + ly * my);
+  const double cross = sum_[6] - w * (lx * my - ly * mx);
+  fit_.yaw = atan2(cross, dot);
+  const SinCos r = sin_cos(fit_.yaw);
+  fit_.x = mx - (r.cos * lx - r.sin * ly);
+  fit_.y = my - (r.sin * lx + r.cos * ly);
+}
+
+/// Of the likelihood ratios over the shares, each as likely as the others.
+double LostSearch::log_of_mean() const {
+  double top = log_sum_[0];
+  for (const double v : log_sum_) top = v > top ? v : top;
+  double sum = 0.0;
+  for (const double v : log_sum_) sum += exp(v - top);
+  return top + ln(sum / static_cast<double>(kShares));
+}
+
+void LostSearch::keep() {
+  // Information on x, y, yaw of the pairs; det C = 1 / det of it.
+  const double w = sum_[0];
+  const double lever2 = sum_[7] - (sum_[1] * sum_[1] + sum_[2] * sum_[2]) / w;
+  if (!(lever2 > 0.0)) return;
+  const SinCos r = sin_cos(fit_.yaw);
+  SearchHit hit;
+  hit.score_nats = log_of_mean() + 1.5 * ln(2.0 * kPi) - 0.5 * ln(w * w * lever2) - log_volume_;
+  hit.pairs = fit_pairs_;
+  // T_map_site carries the middle of the local map to where it was fitted.
+  const Vec2 m = middle_site_m_;
+  hit.T_map_site = {fit_.x + map_->origin_map_m().x() - (r.cos * m.x() - r.sin * m.y()),
+                    fit_.y + map_->origin_map_m().y() - (r.sin * m.x() + r.cos * m.y()), fit_.yaw};
+  if (!inside_region()) return;
+  // In the place of the same pose, if that is worse; else in its order.
+  const auto position = [&](const SearchHit& h) { return h.T_map_site * m; };
+  const Vec2 here = position(hit);
+  for (std::size_t i = 0; i < hits_.size(); ++i) {
+    const bool same = (position(hits_[i]) - here).squaredNorm() < kSameM * kSameM &&
+                      std::fabs(wrap_angle(hits_[i].T_map_site.yaw_rad - hit.T_map_site.yaw_rad)) < kSameRad;
+    if (!same) continue;
+    if (hits_[i].score_nats >= hit.score_nats) return;
+    for (std::size_t k = i + 1; k < hits_.size(); ++k) hits_[k - 1] = hits_[k];
+    hits_.resize(hits_.size() - 1);
+    --i;
+  }
+  std::size_t at = hits_.size();
+  while (at > 0 && hits_[at - 1].score_nats < hit.score_nats) --at;
+  if (at == kHits) return;
+  if (at == 0) {
+    const bool moved = hits_.empty() || (position(hits_[0]) - here).squaredNorm() >= kSameM * kSameM;
+    if (moved) pairs_since_best_ = -1;  // the pair in hand began before it
+  }
+  if (hits_.full()) hits_.resize(kHits - 1);
+  static_cast<void>(hits_.push_back(hit));
+  for (std::size_t k = hits_.size() - 1; k > at; --k) hits_[k] = hits_[k - 1];
+  hits_[at] = hit;
+}
+
+bool LostSearch::inside_region() const {
+  const SinCos r = sin_cos(fit_.yaw);
+  if (r.cos * sector_cos_ + r.sin * sector_sin_ < sector_edge_) return false;
+  if (region_.anywhere) return true;
+  const Vec2 pivot =
+      Vec2(fit_.x + r.cos * pivot_x_ - r.sin * pivot_y_, fit_.y + r.sin * pivot_x_ + r.cos * pivot_y_) +
+      map_->origin_map_m();
+  return (pivot - region_.centre_map_m).squaredNorm() <= square(region_.radius_m);
+}
+
+}  // namespace cairn

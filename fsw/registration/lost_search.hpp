@@ -1,0 +1,234 @@
+/// Where in the map is a rover that does not know? A job: the local map of ground boulders is looked for in a wide map
+/// (METHOD, row S7: 'geometric hashing'), at any position and heading, or within a disc and a sector.
+///
+/// Method. A pair of local boulders fixes a pose for each pair of map boulders as far apart. Local pairs come in the
+/// order of how few such map pairs there are to be expected (by length, and by size where both sides have sizes), each
+/// boulder used less the more it has been used already; the map's pairs are found by going through the ring of buckets
+/// around each boulder, so that no table of pairs is stored. Each hypothesis is looked at by Wald's sequential
+/// likelihood ratio test: local boulders, nearest to the pair's middle first, are looked up in the map's raster, a hit
+/// adds ln(P(hit | same ground) / q), a miss ln(P(miss | same ground) / (1 - q)), q the share of set cells around
+/// there; it is dropped once the sum is below `floor_nats`. What is left is fitted to the map's points (three rounds
+/// of closest points within a shrinking gate) and scored by the marginal likelihood ratio of 'same ground' against
+/// 'unrelated boulders of the density around here':
+///   score = sum over all local boulders of ln[(1 - p) + (p / lambda) sum over map boulders of N(r; 0, s^2)]
+///           + ln[(2 pi)^1.5 sqrt(det C) / V],
+/// p the share of local boulders that the map holds, s the error of a pair on each axis, C the covariance of the fitted
+/// pose, V the volume of all poses that were to be looked for. The boulders that made the hypothesis need no exception:
+/// the volume pays for them.
+///
+/// The best poses that differ are kept. The search ends when the best one passes `accept_nats` and a whole local pair
+/// has been through the map since, so that what repeats itself was seen elsewhere, too; or when pairs or work run out.
+/// It says where, not whether to believe it: the caller has its own verdict, and `behind_nats()` for it.
+///
+/// Cost. Units: a bucket of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000
+/// boulders some 2 million operations a local pair, over 77 m with 8,500 some 40 million.
+#pragma once
+
+#include <cstdint>
+
+#include "core/nodiscard.hpp"
+#include "core/work_budget.hpp"
+#include "geometry/boulder.hpp"
+#include "geometry/pose2.hpp"
+#include "registration/wide_map.hpp"
+
+namespace cairn {
+
+enum class CAIRN_NODISCARD SearchStatus : std::uint8_t {
+  kIdle,            ///< never started
+  kRunning,         ///< call step() again
+  kFound,           ///< the best pose passed accept_nats and lies margin_nats before the next
+  kAmbiguous,       ///< it passed, and another place is nearly as good
+  kNotFound,        ///< pairs or work ran out without a pose that passes
+  kTooFewBoulders,  ///< fewer than four local boulders, or no two of them far enough apart
+  kNoMap,           ///< the wide map is not ready, or empty
+  kBadInput,        ///< NaN or infinity, or a parameter out of its range
+};
+inline constexpr std::size_t kSearchStatuses = static_cast<std::size_t>(SearchStatus::kBadInput) + 1;
+
+/// Ranges in brackets.
+struct LostSearchParams {
+  double sigma_pair_m = 0.06;  ///< error of a pair on each axis, [1e-3, 1]
+  double drift = 0.01;         ///< error of a distance in the local map, as a fraction, [0, 0.1]
+  double true_share = 0.35;    ///< of local boulders that the map holds, as the tests expect it, [0.05, 0.95]
+  double sigma_size = 0.25;    ///< of ln(diameter) of a pair, [0.01, 2]; 0: sizes are not looked at
+  double accept_nats = 13.8;   ///< [0, 100]
+  double margin_nats = 9.0;    ///< [0, 100]
+  double floor_nats = 4.0;     ///< below minus this a hypothesis is dropped, [1, 20]
+  int max_pairs = 80;          ///< local pairs, [1, 10000]
+  std::uint64_t max_ops = 4'000'000'000;
+};
+
+/// Where the rover may be; the default is anywhere in the map, at any heading.
+struct SearchRegion {
+  bool anywhere = true;
+  Vec2 centre_map_m = Vec2(0.0, 0.0);  ///< of the disc for the pivot
+  double radius_m = 0.0;               ///< [0.01, 1e5]
+  double yaw_rad = 0.0;                ///< middle of the sector for the yaw of T_map_site
+  double half_sector_rad = kPi;        ///< [0.01, pi]
+};
+
+/// A pose that was found, best first.
+struct SearchHit {
+  Pose2 T_map_site;
+  double score_nats = 0.0;
+  int pairs = 0;  ///< local boulders with a map boulder within the gate
+};
+
+class LostSearch {
+ public:
+  static constexpr std::size_t kHits = 6;
+
+  /// `map` is borrowed until done. `pivot_site_m`: the rover, whose place the region speaks of.
+  SearchStatus start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
+                     const Vec2& pivot_site_m, const SearchRegion& region);
+  Progress step(WorkBudget& budget);  ///< the same result for every slicing
+  SearchStatus status() const { return status_; }
+
+  const FixedVector<SearchHit, kHits>& hits() const { return hits_; }
+  /// How far the second best pose is behind the best; the best's own score where there is no second.
+  double behind_nats() const;
+  std::uint32_t hypotheses() const { return hypotheses_; }
+  int pairs_tried() const { return pairs_tried_; }
+  std::uint64_t ops() const { return ops_; }
+
+ private:
+  static constexpr std::size_t kMaxRing = 1024;
+  static constexpr std::size_t kMaxQueue = 64;
+  static constexpr int kShareLevels = 32;
+  static constexpr std::size_t kShares = 5;  ///< that the score averages over
+  static constexpr double kShare[kShares] = {0.15, 0.3, 0.5, 0.7, 0.9};
+  static constexpr std::int32_t kUnits = 64;   ///< of a raster cell
+  static constexpr std::int32_t kOne = 16384;  ///< of cosines
+
+  enum class Phase : std::uint8_t { kChoose, kSweep, kLook, kFit };
+  struct Point {
+    float x = 0.0F;  ///< about the middle of the local map
+    float y = 0.0F;
+    float size = 0.0F;  ///< ln(diameter), or kNoSize
+    std::uint16_t used = 0;
+  };
+  struct Look {
+    std::int32_t x = 0;  ///< about the middle of the pair, raster cell / kUnits
+    std::int32_t y = 0;
+  };
+  struct Hypothesis {
+    std::int32_t x = 0;  ///< middle of the map's pair, raster cell / kUnits
+    std::int32_t y = 0;
+    std::int32_t cos = kOne;
+    std::int32_t sin = 0;
+  };
+  struct Ring {
+    std::int8_t dx;
+    std::int8_t dy;
+  };
+  /// Pose of the middle of the local map, in the wide map.
+  struct Fit {
+    double x = 0.0;
+    double y = 0.0;
+    double yaw = 0.0;
+  };
+
+  SearchStatus take_local(const LocalMap& local, const Vec2& pivot_site_m);
+  void account(const WorkBudget& budget);
+  bool choose_step(WorkBudget& budget);  ///< false: the budget ran out, here and below
+  void choose_row(std::size_t i);
+  static double rarity(const Point& p);
+  bool was_tried(std::size_t i, std::size_t j) const;
+  void begin_pair();
+  void sort_looks(double mx, double my);
+  void lay_ring();
+  bool sweep_step(WorkBudget& budget);
+  bool begin_boulder();
+  double reach_of_pivot() const;
+  bool size_agrees(const Point& local, std::uint32_t map_index) const;
+  double size_ratio(const Point& local, std::uint32_t map_index) const;
+  void scan(std::uint32_t first, std::uint32_t end);
+  void propose(double mx, double my, double length2);
+  void end_pair();
+  bool enough() const;
+  void conclude();
+  bool look_step(WorkBudget& budget);
+  bool passes(const Hypothesis& h, std::uint32_t& looks) const;
+  void begin_fit(const Hypothesis& h);
+  void begin_round();
+  bool fit_step(WorkBudget& budget);
+  /// Where local boulder `fit_at_` comes to lie, and the buckets within its gate.
+  struct Place {
+    double x, y, variance, gate;
+    int column0, column1, row0, row1;
+  };
+  Place place() const;
+  std::uint32_t boulders_about(const Place& place) const;
+  void take_nearest(const Place& place);
+  void score(const Place& place, double likelihood);
+  void estimate();
+  double log_of_mean() const;
+  void keep();
+  bool inside_region() const;
+
+  LostSearchParams params_;
+  const WideMap* map_ = nullptr;
+  SearchRegion region_;
+  SearchStatus status_ = SearchStatus::kIdle;
+  Phase phase_ = Phase::kChoose;
+  std::uint64_t ops_ = 0;
+  std::uint64_t spent_before_ = 0;  ///< of the budget in hand, by what ops_ has
+  std::uint32_t hypotheses_ = 0;
+  int pairs_tried_ = 0;
+  int pairs_since_best_ = 0;
+  double log_volume_ = 0.0;
+  double sector_cos_ = 1.0;
+  double sector_sin_ = 0.0;
+  double sector_edge_ = -2.0;  ///< cosine of half the sector; below -1: all headings
+
+  FixedVector<Point, cfg::kMaxLocalBoulders> local_;
+  Vec2 middle_site_m_ = Vec2(0.0, 0.0);
+  double pivot_x_ = 0.0;  ///< about the middle
+  double pivot_y_ = 0.0;
+  double min_length_m_ = 0.0;
+  double max_length_m_ = 0.0;
+
+  // The local pair in hand.
+  std::size_t row_ = 0;
+  double best_cost_ = 0.0;
+  std::uint16_t pair_i_ = 0;
+  std::uint16_t pair_j_ = 0;
+  double dx_ = 0.0;
+  double dy_ = 0.0;
+  double length_m_ = 0.0;
+  double tolerance_m_ = 0.0;
+  double middle_dx_ = 0.0;  ///< of the pair, from the middle of the local map
+  double middle_dy_ = 0.0;
+  std::uint32_t tried_[(cfg::kMaxLocalBoulders * cfg::kMaxLocalBoulders / 2 + 31) / 32] =
+      {};  ///< pairs, a bit each
+  FixedVector<Look, cfg::kMaxLocalBoulders> looks_;
+  std::int16_t hit_[kShareLevels] = {};  ///< 1/64 nat, by share of set cells
+  std::int16_t miss_[kShareLevels] = {};
+
+  // The sweep.
+  FixedVector<Ring, kMaxRing> ring_;
+  std::uint32_t boulder_ = 0;
+  bool ring_begun_ = false;
+  std::size_t ring_at_ = 0;
+  std::uint32_t bucket_at_ = 0;  ///< boulders of the bucket that were seen
+  int column_ = 0;
+  int bucket_row_ = 0;
+  double ax_ = 0.0;  ///< the pair's first boulder
+  double ay_ = 0.0;
+  FixedVector<Hypothesis, kMaxQueue> queue_;
+  std::size_t queue_at_ = 0;
+
+  // The fit.
+  Fit fit_;
+  double fit_cos_ = 1.0;
+  double fit_sin_ = 0.0;
+  int round_ = 0;
+  std::size_t fit_at_ = 0;
+  int fit_pairs_ = 0;
+  double sum_[8] = {};
+  double log_sum_[kShares] = {};
+  FixedVector<SearchHit, kHits> hits_;
+};
+
+}  // namespace cairn

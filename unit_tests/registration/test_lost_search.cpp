@@ -1,0 +1,279 @@
+// Search for a lost rover: found at any heading on random fields, nothing found on another place's map, lattices are
+// ambiguous, regions are kept, sizes help, each status, slicing.
+#include "registration/lost_search.hpp"
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "support/cmocka.hpp"
+#include "support/noise.hpp"
+#include "support/slices.hpp"
+
+using namespace cairn;
+using test::normal;
+using test::uniform;
+
+namespace {
+
+constexpr double kNoise = 0.045;
+
+WideMap map;
+LostSearch search;
+LostSearch other;
+std::vector<MapBoulder> field;
+LocalMap local_map;
+Pose2 truth;
+
+void lay_map(double side_m) {
+  assert_true(map.begin(Vec2(500.0, -200.0), Vec2(side_m, side_m), 3.0 * kNoise));
+  for (const MapBoulder& b : field) assert_true(map.add(b));
+  assert_true(test::run_whole(map));
+}
+
+void scatter(Random& random, int count, double side_m) {
+  field.clear();
+  for (int i = 0; i < count; ++i) {
+    const double diameter = 0.1 * std::pow(1.0 - uniform(random, 0.0, 1.0), -0.4);
+    field.push_back({Vec2(500.0 + uniform(random, 0.0, side_m), -200.0 + uniform(random, 0.0, side_m)),
+                     static_cast<float>(diameter)});
+  }
+  lay_map(side_m);
+}
+
+/// What a rover at a random place of the map sees within `radius_m`: so many of its boulders, and so many others.
+void see(Random& random, double side_m, double radius_m, int trues, int others, bool sizes) {
+  local_map.clear();
+  truth = {500.0 + uniform(random, radius_m, side_m - radius_m),
+           -200.0 + uniform(random, radius_m, side_m - radius_m), uniform(random, -kPi, kPi)};
+  const Pose2 T_site_map = truth.inverse();
+  for (const MapBoulder& b : field) {
+    const Vec2 p = T_site_map * b.p_map_m;
+    if (p.norm() > radius_m || static_cast<int>(local_map.size()) == trues) continue;
+    LocalBoulder seen;
+    seen.p_site_m = p + kNoise * Vec2(normal(random), normal(random));
+    if (sizes) seen.diameter_m = b.diameter_m * static_cast<float>(std::exp(0.15 * normal(random)));
+    assert_true(local_map.push_back(seen));
+  }
+  while (others-- > 0) {
+    const double r = radius_m * std::sqrt(uniform(random, 0.0, 1.0));
+    const double a = uniform(random, -kPi, kPi);
+    LocalBoulder seen;
+    seen.p_site_m = Vec2(r * std::cos(a), r * std::sin(a));
+    if (sizes) seen.diameter_m = static_cast<float>(0.1 * std::pow(1.0 - uniform(random, 0.0, 1.0), -0.4));
+    assert_true(local_map.push_back(seen));
+  }
+}
+
+LostSearchParams usual() {
+  LostSearchParams p;
+  p.sigma_pair_m = kNoise;
+  p.sigma_size = 0.0;
+  p.drift = 0.0;
+  return p;
+}
+
+SearchStatus run(const LostSearchParams& p, const SearchRegion& region = SearchRegion()) {
+  if (search.start(p, map, local_map, Vec2(0.0, 0.0), region) == SearchStatus::kRunning) {
+    assert_true(test::run_whole(search));
+  }
+  return search.status();
+}
+
+double error_m() { return (search.hits()[0].T_map_site.translation() - truth.translation()).norm(); }
+
+void test_found_in_a_square_kilometre(void**) {
+  Random random(21);
+  scatter(random, 10000, 1000.0);
+  for (int trial = 0; trial < 8; ++trial) {
+    see(random, 1000.0, 30.0, 20, 30, false);
+    assert_int_equal(run(usual()), SearchStatus::kFound);
+    assert_true(error_m() < 0.1);
+    assert_true(std::fabs(wrap_angle(search.hits()[0].T_map_site.yaw_rad - truth.yaw_rad)) < 0.005);
+  }
+}
+
+void test_found_on_dense_ground(void**) {
+  Random random(22);
+  scatter(random, 8500, 77.0);
+  for (int trial = 0; trial < 4; ++trial) {
+    see(random, 77.0, 4.0, 30, 45, false);
+    assert_int_equal(run(usual()), SearchStatus::kFound);
+    assert_true(error_m() < 0.15);
+  }
+}
+
+/// With sizes, fewer boulders are enough: pairs of large ones come first.
+void test_sizes_are_evidence(void**) {
+  Random random(23);
+  scatter(random, 8500, 77.0);
+  double with = 0.0;
+  double without = 0.0;
+  for (int trial = 0; trial < 3; ++trial) {
+    see(random, 77.0, 4.0, 30, 20, true);
+    LostSearchParams p = usual();
+    assert_int_equal(run(p), SearchStatus::kFound);
+    without += search.hits()[0].score_nats;
+    p.sigma_size = 0.15;
+    assert_int_equal(run(p), SearchStatus::kFound);
+    with += search.hits()[0].score_nats;
+    assert_true(error_m() < 0.15);
+  }
+  assert_true(with > without + 15.0);
+}
+
+void test_another_place_is_not_found(void**) {
+  Random random(24);
+  scatter(random, 2000, 300.0);
+  for (int trial = 0; trial < 6; ++trial) {
+    see(random, 300.0, 20.0, 0, 30, false);
+    assert_int_equal(run(usual()), SearchStatus::kNotFound);
+  }
+}
+
+/// The right place, but every other place of a lattice is as good.
+void test_lattice_is_ambiguous(void**) {
+  Random random(25);
+  field.clear();
+  for (int i = 0; i < 60; ++i) {
+    for (int k = 0; k < 60; ++k) {
+      field.push_back({Vec2(501.0 + i + 0.03 * normal(random), -199.0 + k + 0.03 * normal(random)), 0.2F});
+    }
+  }
+  lay_map(62.0);
+  see(random, 62.0, 5.0, 40, 10, false);
+  assert_int_equal(run(usual()), SearchStatus::kAmbiguous);
+  assert_true(search.hits().size() > 1);
+  assert_true(search.behind_nats() < usual().margin_nats);
+}
+
+/// A disc and a sector are kept: found inside, not looked for outside.
+void test_region(void**) {
+  Random random(26);
+  scatter(random, 3000, 300.0);
+  see(random, 300.0, 20.0, 20, 20, false);
+  SearchRegion region;
+  region.anywhere = false;
+  region.centre_map_m = truth.translation() + Vec2(15.0, 0.0);
+  region.radius_m = 20.0;
+  assert_int_equal(run(usual(), region), SearchStatus::kFound);
+  const std::uint32_t few = search.hypotheses();
+  region.radius_m = 14.0;
+  assert_int_equal(run(usual(), region), SearchStatus::kNotFound);
+  region.radius_m = 20.0;
+  region.yaw_rad = truth.yaw_rad + 0.3;
+  region.half_sector_rad = 0.4;
+  assert_int_equal(run(usual(), region), SearchStatus::kFound);
+  assert_true(search.hypotheses() < few);
+  region.half_sector_rad = 0.2;
+  assert_int_equal(run(usual(), region), SearchStatus::kNotFound);
+}
+
+/// A smaller region asks for less evidence: the volume is the score's.
+void test_volume_is_paid_for(void**) {
+  Random random(27);
+  scatter(random, 3000, 300.0);
+  see(random, 300.0, 20.0, 20, 20, false);
+  assert_int_equal(run(usual()), SearchStatus::kFound);
+  const double anywhere = search.hits()[0].score_nats;
+  SearchRegion region;
+  region.anywhere = false;
+  region.centre_map_m = truth.translation();
+  region.radius_m = 10.0;
+  region.yaw_rad = truth.yaw_rad;
+  region.half_sector_rad = 0.1;
+  assert_int_equal(run(usual(), region), SearchStatus::kFound);
+  const double gain = std::log(300.0 * 300.0 * 2.0 * kPi) - std::log(kPi * 100.0 * 0.2);
+  assert_true(std::fabs(search.hits()[0].score_nats - anywhere - gain) < 1e-6);
+}
+
+void test_statuses(void**) {
+  Random random(28);
+  assert_int_equal(LostSearch().status(), SearchStatus::kIdle);
+  scatter(random, 500, 100.0);
+  see(random, 100.0, 20.0, 3, 0, false);
+  assert_int_equal(run(usual()), SearchStatus::kTooFewBoulders);
+  local_map.clear();
+  for (int i = 0; i < 10; ++i) {
+    LocalBoulder b;
+    b.p_site_m = Vec2(0.01 * i, 0.0);
+    assert_true(local_map.push_back(b));
+  }
+  assert_int_equal(run(usual()), SearchStatus::kTooFewBoulders);  // all in one place
+  see(random, 100.0, 20.0, 20, 0, false);
+  local_map[3].p_site_m.x() = std::numeric_limits<double>::quiet_NaN();
+  assert_int_equal(run(usual()), SearchStatus::kBadInput);
+  see(random, 100.0, 20.0, 20, 0, false);
+  for (int k = 0; k < 6; ++k) {
+    LostSearchParams p = usual();
+    double* const numbers[] = {&p.sigma_pair_m, &p.drift,       &p.true_share,
+                               &p.sigma_size,   &p.accept_nats, &p.floor_nats};
+    *numbers[k] = -1.0;
+    assert_int_equal(run(p), SearchStatus::kBadInput);
+    *numbers[k] = std::numeric_limits<double>::quiet_NaN();
+    assert_int_equal(run(p), SearchStatus::kBadInput);
+  }
+  SearchRegion region;
+  region.anywhere = false;
+  assert_int_equal(run(usual(), region), SearchStatus::kBadInput);  // a disc without a radius
+  assert_true(map.begin(Vec2(0.0, 0.0), Vec2(10.0, 10.0), 0.1));
+  assert_int_equal(run(usual()), SearchStatus::kNoMap);  // not through its steps
+  assert_true(test::run_whole(map));
+  assert_int_equal(run(usual()), SearchStatus::kNoMap);  // empty
+}
+
+void test_work_is_bounded(void**) {
+  Random random(29);
+  scatter(random, 8500, 77.0);
+  see(random, 77.0, 4.0, 0, 75, false);
+  LostSearchParams p = usual();
+  p.max_ops = 1000000;
+  assert_int_equal(run(p), SearchStatus::kNotFound);
+  assert_int_equal(search.pairs_tried(), 1);  // the pair in hand is finished
+  p = usual();
+  p.max_pairs = 3;
+  assert_int_equal(run(p), SearchStatus::kNotFound);
+  assert_int_equal(search.pairs_tried(), 3);
+}
+
+void test_same_for_every_slicing(void**) {
+  Random random(30);
+  scatter(random, 1000, 60.0);
+  see(random, 60.0, 8.0, 25, 20, true);
+  LostSearchParams p = usual();
+  p.sigma_size = 0.2;
+  assert_int_equal(run(p), SearchStatus::kFound);
+  assert_int_equal(other.start(p, map, local_map, Vec2(0.0, 0.0), SearchRegion()), SearchStatus::kRunning);
+  int steps = 1;
+  for (WorkBudget slice(1); other.step(slice) == Progress::kMore;
+       slice = WorkBudget(steps % 3 == 0 ? 1 : 701))
+    ++steps;
+  assert_true(steps > 500);
+  assert_int_equal(other.status(), search.status());
+  assert_int_equal(other.hits().size(), search.hits().size());
+  assert_int_equal(other.hypotheses(), search.hypotheses());
+  assert_true(other.ops() == search.ops());
+  for (std::size_t i = 0; i < search.hits().size(); ++i) {
+    assert_true(other.hits()[i].score_nats == search.hits()[i].score_nats);
+    assert_true(other.hits()[i].T_map_site.x_m == search.hits()[i].T_map_site.x_m);
+    assert_true(other.hits()[i].T_map_site.yaw_rad == search.hits()[i].T_map_site.yaw_rad);
+  }
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_found_in_a_square_kilometre),
+      cmocka_unit_test(test_found_on_dense_ground),
+      cmocka_unit_test(test_sizes_are_evidence),
+      cmocka_unit_test(test_another_place_is_not_found),
+      cmocka_unit_test(test_lattice_is_ambiguous),
+      cmocka_unit_test(test_region),
+      cmocka_unit_test(test_volume_is_paid_for),
+      cmocka_unit_test(test_statuses),
+      cmocka_unit_test(test_work_is_bounded),
+      cmocka_unit_test(test_same_for_every_slicing),
+  };
+  return cmocka_run_group_tests_name("registration/lost_search", tests, nullptr, nullptr);
+}
