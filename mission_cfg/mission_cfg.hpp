@@ -49,8 +49,10 @@ static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMis
 static_assert(kMission.probe_spacing_px >= 3 && kMission.probe_spacing_px <= 16, "probes: every 3 to 16 px");
 static_assert(kMaxMapWindowBoulders >= 1 && kMaxMapWindowBoulders < 0xFFFF,
               "map boulders are indexed by 16 bits");
-static_assert(kMaxWideMapBoulders >= 1 && kMaxWideMapBoulders < 0xFFFF, "boulders of the wide map are indexed by 16 bits");
-static_assert(kOccupancyBits % 32 == 0 && kOccupancyBits >= 1024 * 1024, "the raster: whole words, a megabit and more");
+static_assert(kMaxWideMapBoulders >= 1 && kMaxWideMapBoulders < 0xFFFF,
+              "boulders of the wide map are indexed by 16 bits");
+static_assert(kOccupancyBits % 32 == 0 && kOccupancyBits >= 1024 * 1024,
+              "the raster: whole words, a megabit and more");
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
 static_assert(kMaxMapChunks >= 1 && kMaxMapChunks <= 0xFFFF, "chunks are numbered by 16 bits");
 static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");

@@ -1,27 +1,29 @@
-/// Where in the map is a rover that does not know? A job: the local map of ground boulders is looked for in a wide map
-/// (METHOD, row S7: 'geometric hashing'), at any position and heading, or within a disc and a sector.
+/// Where in the map is a rover that does not know? A job: the local map of ground boulders is looked for in a
+/// wide map (METHOD, row S7: 'geometric hashing'), at any heading, or within a disc and a sector.
 ///
-/// Method. A pair of local boulders fixes a pose for each pair of map boulders as far apart. Local pairs come in the
-/// order of how few such map pairs there are to be expected (by length, and by size where both sides have sizes), each
-/// boulder used less the more it has been used already; the map's pairs are found by going through the ring of buckets
-/// around each boulder, so that no table of pairs is stored. Each hypothesis is looked at by Wald's sequential
-/// likelihood ratio test: local boulders, nearest to the pair's middle first, are looked up in the map's raster, a hit
-/// adds ln(P(hit | same ground) / q), a miss ln(P(miss | same ground) / (1 - q)), q the share of set cells around
-/// there; it is dropped once the sum is below `floor_nats`. What is left is fitted to the map's points (three rounds
-/// of closest points within a shrinking gate) and scored by the marginal likelihood ratio of 'same ground' against
-/// 'unrelated boulders of the density around here':
+/// Method. A pair of local boulders fixes a pose for each pair of map boulders as far apart. Local pairs come
+/// in the order of how few such map pairs there are to be expected (by length, and by size where both sides
+/// have sizes), each boulder used less the more it has been used already; the map's pairs are found by going
+/// through the ring of buckets around each boulder, so that no table of pairs is stored. Each hypothesis is
+/// looked at by Wald's sequential likelihood ratio test: local boulders, nearest to the pair's middle first,
+/// are looked up in the map's raster, a hit adds ln(P(hit | same ground) / q), a miss ln(P(miss | same
+/// ground) / (1 - q)), q the share of set cells around there; it is dropped once the sum is below
+/// `floor_nats`. What is left is fitted to the map's points (three rounds of closest points within a
+/// shrinking gate) and scored by the marginal likelihood ratio of 'same ground' against 'unrelated boulders
+/// of the density around here':
 ///   score = sum over all local boulders of ln[(1 - p) + (p / lambda) sum over map boulders of N(r; 0, s^2)]
 ///           + ln[(2 pi)^1.5 sqrt(det C) / V],
-/// p the share of local boulders that the map holds, s the error of a pair on each axis, C the covariance of the fitted
-/// pose, V the volume of all poses that were to be looked for. The boulders that made the hypothesis need no exception:
-/// the volume pays for them.
+/// p the share of local boulders that the map holds, s the error of a pair on each axis, C the covariance of
+/// the fitted pose, V the volume of all poses that were to be looked for. The boulders that made the
+/// hypothesis need no exception: the volume pays for them.
 ///
-/// The best poses that differ are kept. The search ends when the best one passes `accept_nats` and a whole local pair
-/// has been through the map since, so that what repeats itself was seen elsewhere, too; or when pairs or work run out.
-/// It says where, not whether to believe it: the caller has its own verdict, and `behind_nats()` for it.
+/// The best poses that differ are kept. The search ends when the best one passes `accept_nats` and a whole
+/// local pair has been through the map since, so that what repeats itself was seen elsewhere, too; or when
+/// pairs or work run out. It says where, not whether to believe it: the caller has its own verdict, and
+/// `behind_nats()` for it.
 ///
-/// Cost. Units: a bucket of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000
-/// boulders some 2 million operations a local pair, over 77 m with 8,500 some 40 million.
+/// Cost. Units: a bucket of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000 boulders
+/// some 2 million operations a local pair, over 77 m with 8,500 some 40 million.
 #pragma once
 
 #include <cstdint>
@@ -200,8 +202,8 @@ class LostSearch {
   double tolerance_m_ = 0.0;
   double middle_dx_ = 0.0;  ///< of the pair, from the middle of the local map
   double middle_dy_ = 0.0;
-  std::uint32_t tried_[(cfg::kMaxLocalBoulders * cfg::kMaxLocalBoulders / 2 + 31) / 32] =
-      {};  ///< pairs, a bit each
+  /// Pairs that were tried, a bit each.
+  std::uint32_t tried_[(cfg::kMaxLocalBoulders * cfg::kMaxLocalBoulders / 2 + 31) / 32] = {};
   FixedVector<Look, cfg::kMaxLocalBoulders> looks_;
   std::int16_t hit_[kShareLevels] = {};  ///< 1/64 nat, by share of set cells
   std::int16_t miss_[kShareLevels] = {};

@@ -1,16 +1,17 @@
-/// The boulders of a whole map, or of a large part of it, as a search for a lost rover wants them: positions, a grid of
-/// them, and a raster that answers 'does a boulder stand near here?' with one bit.
+/// The boulders of a whole map, or of a large part of it, as a search for a lost rover wants them: positions,
+/// a grid of them, and a raster that answers 'does a boulder stand near here?' with one bit.
 ///
-/// Memory. Positions about the origin in single precision (0.1 mm over a kilometre), diameters in centimetres; a grid of
-/// buckets with some 1.5 boulders each, their indices by bucket; a raster of at most cfg::kOccupancyBits cells, each set
-/// where a boulder lies within `reach_m` of any point of the cell. A cell is kMinCellM wide, or as wide as the raster's
-/// room asks for. The share of set cells is kept by block of 64 x 64 cells, so that chance is judged by the density
-/// around here.
+/// Memory. Positions about the origin in single precision (0.1 mm over a kilometre), diameters in
+/// centimetres; a grid of buckets with some 1.5 boulders each, their indices by bucket; a raster of at most
+/// cfg::kOccupancyBits cells, each set where a boulder lies within `reach_m` of any point of the cell. A cell
+/// is kMinCellM wide, or as wide as the raster's room asks for. The share of set cells is kept by block of 64
+/// x 64 cells, so that chance is judged by the density around here.
 ///
-/// Filling: begin(), add() for each boulder, then step() until done. Order of add() doesn't change what is found.
+/// Filling: begin(), add() for each boulder, then step() until done. The order of add() does not change what
+/// is found.
 ///
-/// Cost of step(): units of at most 64 boulders or 4096 words of the raster, 50 operations a boulder and phase, and
-/// (2 reach / cell + 2)^2 a boulder for the raster.
+/// Cost of step(): units of at most 64 boulders or 4096 words of the raster, 50 operations a boulder and
+/// phase, and (2 reach / cell + 2)^2 a boulder for the raster.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +37,8 @@ class WideMap {
     int x0, x1, y0, y1;
   };
 
-  /// Ground from `origin_map_m` (south-west corner) on, `extent_m` east and north: finite, positive, at most 1e5 m.
-  /// False (and an empty map) where it is not.
+  /// Ground from `origin_map_m` (south-west corner) on, `extent_m` east and north: finite, positive, at most
+  /// 1e5 m. False (and an empty map) where it is not.
   [[nodiscard]] bool begin(const Vec2& origin_map_m, const Vec2& extent_m, double reach_m);
   /// False: no room, or off the ground of begin(); left out and counted.
   bool add(const MapBoulder& boulder);
@@ -85,7 +86,8 @@ class WideMap {
   double spread_of_boulder_m2() const {
     return kPi * reach_m_ * reach_m_ + 4.0 * reach_m_ * cell_m_ + cell_m_ * cell_m_;
   }
-  /// Share of set cells about cell (x, y), clamped to the map: of its block and those around it, in 1/65536, at least 1.
+  /// Share of set cells about cell (x, y), clamped to the map: of its block and those around it, in 1/65536,
+  /// at least 1.
   int density(std::int32_t x, std::int32_t y) const;
 
  private:

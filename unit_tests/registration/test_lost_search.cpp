@@ -1,5 +1,5 @@
-// Search for a lost rover: found at any heading on random fields, nothing found on another place's map, lattices are
-// ambiguous, regions are kept, sizes help, each status, slicing.
+// Search for a lost rover: found at any heading on random fields, nothing found on another place's map,
+// lattices are ambiguous, regions are kept, sizes help, each status, slicing.
 #include "registration/lost_search.hpp"
 
 #include <cmath>
@@ -41,7 +41,7 @@ void scatter(Random& random, int count, double side_m) {
   lay_map(side_m);
 }
 
-/// What a rover at a random place of the map sees within `radius_m`: so many of its boulders, and so many others.
+/// What a rover at a random place of the map sees: so many of its boulders, and others.
 void see(Random& random, double side_m, double radius_m, int trues, int others, bool sizes) {
   local_map.clear();
   truth = {500.0 + uniform(random, radius_m, side_m - radius_m),
