@@ -20,8 +20,8 @@ double square(double v) { return v * v; }
 
 }  // namespace
 
-SearchStatus LostSearch::start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
-                               const Vec2& pivot_site_m, const SearchRegion& region) {
+LostStatus LostSearch::start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
+                             const Vec2& pivot_site_m, const SearchRegion& region) {
   params_ = params;
   map_ = &map;
   region_ = region;
@@ -43,20 +43,19 @@ SearchStatus LostSearch::start(const LostSearchParams& params, const WideMap& ma
       (region.anywhere || (in(region.radius_m, 0.01, 1e5) && std::isfinite(region.centre_map_m.x()) &&
                            std::isfinite(region.centre_map_m.y()))) &&
       in(region.half_sector_rad, 0.01, kPi) && in(region.yaw_rad, -10.0, 10.0);
-  if (!good) return status_ = SearchStatus::kBadInput;
-  if (!map.ready() || map.size() == 0) return status_ = SearchStatus::kNoMap;
+  if (!good) return status_ = LostStatus::kBadInput;
+  if (!map.ready() || map.size() == 0) return status_ = LostStatus::kNoMap;
   return status_ = take_local(local, pivot_site_m);
 }
 
-SearchStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_site_m) {
+LostStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_site_m) {
   local_.clear();
   Vec2 sum(0.0, 0.0);
   for (const LocalBoulder& b : local) {
-    if (!(std::fabs(b.p_site_m.x()) <= 1e7 && std::fabs(b.p_site_m.y()) <= 1e7))
-      return SearchStatus::kBadInput;
+    if (!(std::fabs(b.p_site_m.x()) <= 1e7 && std::fabs(b.p_site_m.y()) <= 1e7)) return LostStatus::kBadInput;
     sum += b.p_site_m;
   }
-  if (local.size() < 4) return SearchStatus::kTooFewBoulders;
+  if (local.size() < 4) return LostStatus::kTooFewBoulders;
   middle_site_m_ = sum / static_cast<double>(local.size());
   pivot_x_ = pivot_site_m.x() - middle_site_m_.x();
   pivot_y_ = pivot_site_m.y() - middle_site_m_.y();
@@ -73,7 +72,7 @@ SearchStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_sit
   const double radius = std::sqrt(2.0 * spread2 / static_cast<double>(local.size()));
   min_length_m_ = 0.5 * radius;
   max_length_m_ = 1.2 * radius;
-  if (!(min_length_m_ > 4.0 * params_.sigma_pair_m)) return SearchStatus::kTooFewBoulders;
+  if (!(min_length_m_ > 4.0 * params_.sigma_pair_m)) return LostStatus::kTooFewBoulders;
   const double half = region_.half_sector_rad;
   const double place = region_.anywhere ? map_->area_m2() : kPi * square(region_.radius_m);
   log_volume_ = ln(place * 2.0 * half);
@@ -90,13 +89,13 @@ SearchStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_sit
   sector_cos_ = sector.cos;
   sector_sin_ = sector.sin;
   sector_edge_ = half < kPi ? sin_cos(half).cos : -2.0;
-  return SearchStatus::kRunning;
+  return LostStatus::kRunning;
 }
 
 Progress LostSearch::step(WorkBudget& budget) {
   spent_before_ = budget.spent();
   bool on = true;
-  while (on && status_ == SearchStatus::kRunning) {
+  while (on && status_ == LostStatus::kRunning) {
     switch (phase_) {
       case Phase::kChoose: on = choose_step(budget); break;
       case Phase::kSweep: on = sweep_step(budget); break;
@@ -105,7 +104,7 @@ Progress LostSearch::step(WorkBudget& budget) {
     }
   }
   account(budget);
-  return status_ == SearchStatus::kRunning ? Progress::kMore : Progress::kDone;
+  return status_ == LostStatus::kRunning ? Progress::kMore : Progress::kDone;
 }
 
 void LostSearch::account(const WorkBudget& budget) {
@@ -342,9 +341,9 @@ bool LostSearch::enough() const {
 
 void LostSearch::conclude() {
   if (hits_.empty() || hits_[0].score_nats < params_.accept_nats) {
-    status_ = SearchStatus::kNotFound;
+    status_ = LostStatus::kNotFound;
   } else {
-    status_ = behind_nats() >= params_.margin_nats ? SearchStatus::kFound : SearchStatus::kAmbiguous;
+    status_ = behind_nats() >= params_.margin_nats ? LostStatus::kFound : LostStatus::kAmbiguous;
   }
 }
 

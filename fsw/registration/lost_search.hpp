@@ -36,7 +36,7 @@
 
 namespace cairn {
 
-enum class CAIRN_NODISCARD SearchStatus : std::uint8_t {
+enum class CAIRN_NODISCARD LostStatus : std::uint8_t {
   kIdle,            ///< never started
   kRunning,         ///< call step() again
   kFound,           ///< the best pose passed accept_nats and lies margin_nats before the next
@@ -46,7 +46,7 @@ enum class CAIRN_NODISCARD SearchStatus : std::uint8_t {
   kNoMap,           ///< the wide map is not ready, or empty
   kBadInput,        ///< NaN or infinity, or a parameter out of its range
 };
-inline constexpr std::size_t kSearchStatuses = static_cast<std::size_t>(SearchStatus::kBadInput) + 1;
+inline constexpr std::size_t kLostStatuses = static_cast<std::size_t>(LostStatus::kBadInput) + 1;
 
 /// Ranges in brackets.
 struct LostSearchParams {
@@ -82,10 +82,10 @@ class LostSearch {
   static constexpr std::size_t kHits = 6;
 
   /// `map` is borrowed until done. `pivot_site_m`: the rover, whose place the region speaks of.
-  SearchStatus start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
-                     const Vec2& pivot_site_m, const SearchRegion& region);
+  LostStatus start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
+                   const Vec2& pivot_site_m, const SearchRegion& region);
   Progress step(WorkBudget& budget);  ///< the same result for every slicing
-  SearchStatus status() const { return status_; }
+  LostStatus status() const { return status_; }
 
   const FixedVector<SearchHit, kHits>& hits() const { return hits_; }
   /// How far the second best pose is behind the best; the best's own score where there is no second.
@@ -131,7 +131,7 @@ class LostSearch {
     double yaw = 0.0;
   };
 
-  SearchStatus take_local(const LocalMap& local, const Vec2& pivot_site_m);
+  LostStatus take_local(const LocalMap& local, const Vec2& pivot_site_m);
   void account(const WorkBudget& budget);
   bool choose_step(WorkBudget& budget);  ///< false: the budget ran out, here and below
   void choose_row(std::size_t i);
@@ -172,7 +172,7 @@ class LostSearch {
   LostSearchParams params_;
   const WideMap* map_ = nullptr;
   SearchRegion region_;
-  SearchStatus status_ = SearchStatus::kIdle;
+  LostStatus status_ = LostStatus::kIdle;
   Phase phase_ = Phase::kChoose;
   std::uint64_t ops_ = 0;
   std::uint64_t spent_before_ = 0;  ///< of the budget in hand, by what ops_ has

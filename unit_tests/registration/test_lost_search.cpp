@@ -73,8 +73,8 @@ LostSearchParams usual() {
   return p;
 }
 
-SearchStatus run(const LostSearchParams& p, const SearchRegion& region = SearchRegion()) {
-  if (search.start(p, map, local_map, Vec2(0.0, 0.0), region) == SearchStatus::kRunning) {
+LostStatus run(const LostSearchParams& p, const SearchRegion& region = SearchRegion()) {
+  if (search.start(p, map, local_map, Vec2(0.0, 0.0), region) == LostStatus::kRunning) {
     assert_true(test::run_whole(search));
   }
   return search.status();
@@ -87,7 +87,7 @@ void test_found_in_a_square_kilometre(void**) {
   scatter(random, 10000, 1000.0);
   for (int trial = 0; trial < 8; ++trial) {
     see(random, 1000.0, 30.0, 20, 30, false);
-    assert_int_equal(run(usual()), SearchStatus::kFound);
+    assert_int_equal(run(usual()), LostStatus::kFound);
     assert_true(error_m() < 0.1);
     assert_true(std::fabs(wrap_angle(search.hits()[0].T_map_site.yaw_rad - truth.yaw_rad)) < 0.005);
   }
@@ -98,7 +98,7 @@ void test_found_on_dense_ground(void**) {
   scatter(random, 8500, 77.0);
   for (int trial = 0; trial < 4; ++trial) {
     see(random, 77.0, 4.0, 30, 45, false);
-    assert_int_equal(run(usual()), SearchStatus::kFound);
+    assert_int_equal(run(usual()), LostStatus::kFound);
     assert_true(error_m() < 0.15);
   }
 }
@@ -112,10 +112,10 @@ void test_sizes_are_evidence(void**) {
   for (int trial = 0; trial < 3; ++trial) {
     see(random, 77.0, 4.0, 30, 20, true);
     LostSearchParams p = usual();
-    assert_int_equal(run(p), SearchStatus::kFound);
+    assert_int_equal(run(p), LostStatus::kFound);
     without += search.hits()[0].score_nats;
     p.sigma_size = 0.15;
-    assert_int_equal(run(p), SearchStatus::kFound);
+    assert_int_equal(run(p), LostStatus::kFound);
     with += search.hits()[0].score_nats;
     assert_true(error_m() < 0.15);
   }
@@ -127,7 +127,7 @@ void test_another_place_is_not_found(void**) {
   scatter(random, 2000, 300.0);
   for (int trial = 0; trial < 6; ++trial) {
     see(random, 300.0, 20.0, 0, 30, false);
-    assert_int_equal(run(usual()), SearchStatus::kNotFound);
+    assert_int_equal(run(usual()), LostStatus::kNotFound);
   }
 }
 
@@ -142,7 +142,7 @@ void test_lattice_is_ambiguous(void**) {
   }
   lay_map(62.0);
   see(random, 62.0, 5.0, 40, 10, false);
-  assert_int_equal(run(usual()), SearchStatus::kAmbiguous);
+  assert_int_equal(run(usual()), LostStatus::kAmbiguous);
   assert_true(search.hits().size() > 1);
   assert_true(search.behind_nats() < usual().margin_nats);
 }
@@ -156,17 +156,17 @@ void test_region(void**) {
   region.anywhere = false;
   region.centre_map_m = truth.translation() + Vec2(15.0, 0.0);
   region.radius_m = 20.0;
-  assert_int_equal(run(usual(), region), SearchStatus::kFound);
+  assert_int_equal(run(usual(), region), LostStatus::kFound);
   const std::uint32_t few = search.hypotheses();
   region.radius_m = 14.0;
-  assert_int_equal(run(usual(), region), SearchStatus::kNotFound);
+  assert_int_equal(run(usual(), region), LostStatus::kNotFound);
   region.radius_m = 20.0;
   region.yaw_rad = truth.yaw_rad + 0.3;
   region.half_sector_rad = 0.4;
-  assert_int_equal(run(usual(), region), SearchStatus::kFound);
+  assert_int_equal(run(usual(), region), LostStatus::kFound);
   assert_true(search.hypotheses() < few);
   region.half_sector_rad = 0.2;
-  assert_int_equal(run(usual(), region), SearchStatus::kNotFound);
+  assert_int_equal(run(usual(), region), LostStatus::kNotFound);
 }
 
 /// A smaller region asks for less evidence: the volume is the score's.
@@ -174,7 +174,7 @@ void test_volume_is_paid_for(void**) {
   Random random(27);
   scatter(random, 3000, 300.0);
   see(random, 300.0, 20.0, 20, 20, false);
-  assert_int_equal(run(usual()), SearchStatus::kFound);
+  assert_int_equal(run(usual()), LostStatus::kFound);
   const double anywhere = search.hits()[0].score_nats;
   SearchRegion region;
   region.anywhere = false;
@@ -182,44 +182,44 @@ void test_volume_is_paid_for(void**) {
   region.radius_m = 10.0;
   region.yaw_rad = truth.yaw_rad;
   region.half_sector_rad = 0.1;
-  assert_int_equal(run(usual(), region), SearchStatus::kFound);
+  assert_int_equal(run(usual(), region), LostStatus::kFound);
   const double gain = std::log(300.0 * 300.0 * 2.0 * kPi) - std::log(kPi * 100.0 * 0.2);
   assert_true(std::fabs(search.hits()[0].score_nats - anywhere - gain) < 1e-6);
 }
 
 void test_statuses(void**) {
   Random random(28);
-  assert_int_equal(LostSearch().status(), SearchStatus::kIdle);
+  assert_int_equal(LostSearch().status(), LostStatus::kIdle);
   scatter(random, 500, 100.0);
   see(random, 100.0, 20.0, 3, 0, false);
-  assert_int_equal(run(usual()), SearchStatus::kTooFewBoulders);
+  assert_int_equal(run(usual()), LostStatus::kTooFewBoulders);
   local_map.clear();
   for (int i = 0; i < 10; ++i) {
     LocalBoulder b;
     b.p_site_m = Vec2(0.01 * i, 0.0);
     assert_true(local_map.push_back(b));
   }
-  assert_int_equal(run(usual()), SearchStatus::kTooFewBoulders);  // all in one place
+  assert_int_equal(run(usual()), LostStatus::kTooFewBoulders);  // all in one place
   see(random, 100.0, 20.0, 20, 0, false);
   local_map[3].p_site_m.x() = std::numeric_limits<double>::quiet_NaN();
-  assert_int_equal(run(usual()), SearchStatus::kBadInput);
+  assert_int_equal(run(usual()), LostStatus::kBadInput);
   see(random, 100.0, 20.0, 20, 0, false);
   for (int k = 0; k < 6; ++k) {
     LostSearchParams p = usual();
     double* const numbers[] = {&p.sigma_pair_m, &p.drift,       &p.true_share,
                                &p.sigma_size,   &p.accept_nats, &p.floor_nats};
     *numbers[k] = -1.0;
-    assert_int_equal(run(p), SearchStatus::kBadInput);
+    assert_int_equal(run(p), LostStatus::kBadInput);
     *numbers[k] = std::numeric_limits<double>::quiet_NaN();
-    assert_int_equal(run(p), SearchStatus::kBadInput);
+    assert_int_equal(run(p), LostStatus::kBadInput);
   }
   SearchRegion region;
   region.anywhere = false;
-  assert_int_equal(run(usual(), region), SearchStatus::kBadInput);  // a disc without a radius
+  assert_int_equal(run(usual(), region), LostStatus::kBadInput);  // a disc without a radius
   assert_true(map.begin(Vec2(0.0, 0.0), Vec2(10.0, 10.0), 0.1));
-  assert_int_equal(run(usual()), SearchStatus::kNoMap);  // not through its steps
+  assert_int_equal(run(usual()), LostStatus::kNoMap);  // not through its steps
   assert_true(test::run_whole(map));
-  assert_int_equal(run(usual()), SearchStatus::kNoMap);  // empty
+  assert_int_equal(run(usual()), LostStatus::kNoMap);  // empty
 }
 
 void test_work_is_bounded(void**) {
@@ -228,11 +228,11 @@ void test_work_is_bounded(void**) {
   see(random, 77.0, 4.0, 0, 75, false);
   LostSearchParams p = usual();
   p.max_ops = 1000000;
-  assert_int_equal(run(p), SearchStatus::kNotFound);
+  assert_int_equal(run(p), LostStatus::kNotFound);
   assert_int_equal(search.pairs_tried(), 1);  // the pair in hand is finished
   p = usual();
   p.max_pairs = 3;
-  assert_int_equal(run(p), SearchStatus::kNotFound);
+  assert_int_equal(run(p), LostStatus::kNotFound);
   assert_int_equal(search.pairs_tried(), 3);
 }
 
@@ -242,8 +242,8 @@ void test_same_for_every_slicing(void**) {
   see(random, 60.0, 8.0, 25, 20, true);
   LostSearchParams p = usual();
   p.sigma_size = 0.2;
-  assert_int_equal(run(p), SearchStatus::kFound);
-  assert_int_equal(other.start(p, map, local_map, Vec2(0.0, 0.0), SearchRegion()), SearchStatus::kRunning);
+  assert_int_equal(run(p), LostStatus::kFound);
+  assert_int_equal(other.start(p, map, local_map, Vec2(0.0, 0.0), SearchRegion()), LostStatus::kRunning);
   int steps = 1;
   for (WorkBudget slice(1); other.step(slice) == Progress::kMore;
        slice = WorkBudget(steps % 3 == 0 ? 1 : 701))
