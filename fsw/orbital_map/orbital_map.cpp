@@ -137,20 +137,37 @@ OrbitalMap::Span OrbitalMap::tiles_between(double low_m, double high_m, double t
   return {from, to};
 }
 
-WindowStatus OrbitalMap::window(const Vec2& p_map_m, double radius_m, MapBoulders& out) const {
-  if (!usable()) return WindowStatus::kNoMap;
-  if (!std::isfinite(p_map_m.x()) || !std::isfinite(p_map_m.y()) || !std::isfinite(radius_m) ||
-      radius_m < 0.0) {
-    return WindowStatus::kBadInput;
-  }
+bool OrbitalMap::is_circle(const Vec2& p_map_m, double radius_m) {
+  return std::isfinite(p_map_m.x()) && std::isfinite(p_map_m.y()) && std::isfinite(radius_m) &&
+         radius_m >= 0.0;
+}
+
+void OrbitalMap::tiles_about(const Vec2& p_map_m, double radius_m, Span& columns, Span& rows) const {
   const double tile_m = tile_side_ * quantum_m_;
-  // A quantum more on each side: a boulder exactly on the circle is not lost to the rounding
-  // of a tile's edge.
+  // A quantum more on each side: a boulder exactly on the circle is not lost to the rounding of a tile's edge.
   const double reach_m = radius_m + quantum_m_;
   const double east_m = p_map_m.x() - origin_x_m_;
   const double north_m = p_map_m.y() - origin_y_m_;
-  const Span columns = tiles_between(east_m - reach_m, east_m + reach_m, tile_m, columns_);
-  const Span rows = tiles_between(north_m - reach_m, north_m + reach_m, tile_m, rows_);
+  columns = tiles_between(east_m - reach_m, east_m + reach_m, tile_m, columns_);
+  rows = tiles_between(north_m - reach_m, north_m + reach_m, tile_m, rows_);
+}
+
+MapBoulder OrbitalMap::boulder(const MapTile& tile, const cmap::TileBoulder& coded) const {
+  MapBoulder out;
+  out.p_map_m = Vec2(origin_x_m_ + (tile.first_x + coded.x) * quantum_m_,
+                     origin_y_m_ + (tile.first_y + coded.y) * quantum_m_);
+  out.diameter_m = models_.diameter_m(coded.attribute[0]);
+  out.height_mm = models_.height_mm(coded.attribute[1]);
+  out.confidence_percent = models_.confidence_percent(coded.attribute[2]);
+  return out;
+}
+
+WindowStatus OrbitalMap::window(const Vec2& p_map_m, double radius_m, MapBoulders& out) const {
+  if (!usable()) return WindowStatus::kNoMap;
+  if (!is_circle(p_map_m, radius_m)) return WindowStatus::kBadInput;
+  Span columns;
+  Span rows;
+  tiles_about(p_map_m, radius_m, columns, rows);
   const std::size_t before = out.size();
   bool damaged = false;
   for (std::uint32_t row = rows.first; row < rows.end; ++row) {

@@ -1,5 +1,5 @@
-/// The orbital boulder map, read in place: a view of a caller's bytes, without copy or decoding
-/// ahead of need.
+/// The orbital boulder map, read in place: a view of a caller's bytes, without copy or decoding ahead of
+/// need.
 ///
 /// Map bytes come through a deep-space link and stand in memory for months, so nothing of them is believed
 /// before `MapValidation` has been through all of them. It alone makes a usable `OrbitalMap`; a new map goes
@@ -101,12 +101,18 @@ class OrbitalMap {
   /// that lies within 50 more. Stops after the tile that fills `out`.
   WindowStatus window(const Vec2& p_map_m, double radius_m, MapBoulders& out) const;
 
- private:
-  friend class MapValidation;
+  /// The same in slices is MapReader's (orbital_map/map_reader.hpp). What the two share: tiles first ... end
+  /// - 1 of an axis, whether a centre and a radius make a circle, and a boulder of a tile as it was decoded.
   struct Span {
     std::uint32_t first = 0;
     std::uint32_t end = 0;
   };
+  static bool is_circle(const Vec2& p_map_m, double radius_m);
+  void tiles_about(const Vec2& p_map_m, double radius_m, Span& columns, Span& rows) const;
+  MapBoulder boulder(const MapTile& tile, const cmap::TileBoulder& coded) const;
+
+ private:
+  friend class MapValidation;
   enum class Taken : std::uint8_t { kAll, kFull, kCorrupt };
 
   static Span tiles_between(double low_m, double high_m, double tile_m, std::uint32_t tiles);
@@ -139,8 +145,8 @@ class OrbitalMap {
 ///
 /// Order: presence, head (magic, version, CRC, ranges), length, directory, tiles one by one (CRC, then every
 /// boulder decoded), CRC over the tiles' CRCs, number of boulders. Any one or two flipped bits are found by
-/// magic, version or a CRC-32. Bytes beyond the file's own length (a bank larger than the map)
-/// are not looked at.
+/// magic, version or a CRC-32. Bytes beyond the file's own length (a bank larger than the map) are not looked
+/// at.
 class MapValidation {
  public:
   /// Looks at the head (bounded: 380 bytes) and gets ready for the rest: kChecking, or why not. `bytes` is

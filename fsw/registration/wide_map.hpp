@@ -7,8 +7,8 @@
 /// is kMinCellM wide, or as wide as the raster's room asks for. The share of set cells is kept by block of 64
 /// x 64 cells, so that chance is judged by the density around here.
 ///
-/// Filling: begin(), add() for each boulder, then step() until done. The order of add() changes nothing that is
-/// found by it.
+/// Filling: begin(), add() for each boulder, then step() until done. The order of add() changes nothing that
+/// is found by it.
 ///
 /// Cost of step(): units of at most 64 boulders or 4096 words of the raster, 50 operations a boulder and
 /// phase, and (2 reach / cell + 2)^2 a boulder for the raster.

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/random.hpp"
+#include "orbital_map/map_reader.hpp"
 #include "orbital_map/small_map.hpp"
 #include "support/cmocka.hpp"
 
@@ -426,6 +427,61 @@ void test_window_equals_brute_force(void**) {
   }
 }
 
+/// The reader gives what window() gives, in the same order, however it is sliced.
+void test_reader_equals_window(void**) {
+  make_many(2000);
+  const OrbitalMap m = usable_map();
+  Random random(6);
+  for (int trial = 0; trial < 60; ++trial) {
+    const Vec2 p = kOrigin + 0.01 * Vec2(static_cast<int>(random.below(4000)) - 500,
+                                         static_cast<int>(random.below(3000)) - 500);
+    const double radius_m = trial == 0 ? 1e30 : 0.01 * random.below(1200) + 0.0051;
+    out.clear();
+    const bool any = m.window(p, radius_m, out) == WindowStatus::kUsable;
+    for (const std::uint32_t ops : {1U, 700U, UINT32_MAX}) {
+      MapReader reader;
+      assert_status(reader.start(m, p, radius_m), WindowStatus::kUsable);
+      MapReader::Chunk chunk;
+      std::size_t next = 0;
+      for (Progress progress = Progress::kMore; progress == Progress::kMore;) {
+        WorkBudget budget(ops);
+        progress = reader.step(budget, chunk);
+        if (ops != UINT32_MAX) assert_at_most(budget.spent(), ops + 800.0);
+        for (const MapBoulder& b : chunk) {
+          assert_true(next < out.size());
+          assert_memory_equal(&b, &out[next], sizeof b.p_map_m);
+          assert_true(b.diameter_m == out[next].diameter_m);
+          ++next;
+        }
+      }
+      assert_int_equal(next, out.size());
+      assert_int_equal(next > 0, any);
+      assert_int_equal(reader.damaged_tiles(), 0);
+    }
+  }
+}
+
+/// A tile upset after validation is left out and counted; the others are given.
+void test_reader_leaves_out_a_bad_tile(void**) {
+  make_few();
+  const OrbitalMap m = usable_map();
+  map.bytes[map.payload(kFew[0].tile)] ^= 0x10U;
+  MapReader reader;
+  MapReader::Chunk chunk;
+  assert_status(reader.start(m, kOrigin, 1e3), WindowStatus::kUsable);
+  std::size_t given = 0;
+  WorkBudget budget = WorkBudget::unlimited();
+  for (Progress p = Progress::kMore; p == Progress::kMore; given += chunk.size())
+    p = reader.step(budget, chunk);
+  std::size_t elsewhere = 0;
+  for (const GridBoulder& b : kFew) elsewhere += b.tile != kFew[0].tile ? 1 : 0;
+  assert_int_equal(given, elsewhere);
+  assert_int_equal(reader.damaged_tiles(), 1);
+  assert_status(reader.start(OrbitalMap(), kOrigin, 1.0), WindowStatus::kNoMap);
+  assert_status(reader.start(m, kOrigin, kNaN), WindowStatus::kBadInput);
+  assert_true(reader.step(budget, chunk) == Progress::kDone);
+}
+
 void test_window_full(void**) {
   const unsigned capacity = static_cast<unsigned>(MapBoulders::capacity());
   make_many(capacity);
@@ -513,6 +569,8 @@ int main() {
       cmocka_unit_test(test_no_boulders),
       cmocka_unit_test(test_window_at_its_corners),
       cmocka_unit_test(test_window_equals_brute_force),
+      cmocka_unit_test(test_reader_equals_window),
+      cmocka_unit_test(test_reader_leaves_out_a_bad_tile),
       cmocka_unit_test(test_window_full),
       cmocka_unit_test(test_slicing_does_not_matter),
   };
