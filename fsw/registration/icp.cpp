@@ -2,14 +2,13 @@
 
 #include <cmath>
 
+#include "core/heap_sort.hpp"
 #include "core/trig.hpp"
 
 namespace cairn {
 namespace {
 
-constexpr double kMaxCoordinate_m = 1.0e7;
 constexpr double kMaxScaleOnTheWay = 2.0;  // a similarity beyond it, or below its inverse, is collapsing
-constexpr std::uint32_t kIndexChunk = 256;
 
 bool in_range(double value, double low, double high) {
   return value >= low && value <= high;
@@ -38,29 +37,8 @@ bool prior_is_good(const IcpPrior& prior) {
 }
 
 bool point_is_good(const Vec2& p) {
-  return std::fabs(p.x()) <= kMaxCoordinate_m && std::fabs(p.y()) <= kMaxCoordinate_m;
-}
-
-/// Heap sort, ascending: in place, without recursion, n log n at worst. `before` is a strict total order.
-template <typename T, typename Before>
-void heap_sort(T* items, int size, Before before) {
-  const auto sift = [items, &before](int root, int end) {
-    for (int child = 2 * root + 1; child < end; child = 2 * root + 1) {
-      if (child + 1 < end && before(items[child], items[child + 1])) ++child;
-      if (!before(items[root], items[child])) return;
-      const T held = items[root];
-      items[root] = items[child];
-      items[child] = held;
-      root = child;
-    }
-  };
-  for (int root = size / 2 - 1; root >= 0; --root) sift(root, size);
-  for (int end = size - 1; end > 0; --end) {
-    const T held = items[0];
-    items[0] = items[end];
-    items[end] = held;
-    sift(0, end);
-  }
+  return std::fabs(p.x()) <= BoulderGrid::kMaxCoordinate_m &&
+         std::fabs(p.y()) <= BoulderGrid::kMaxCoordinate_m;
 }
 
 /// ln x for 0 < x <= 1, to 1e-12: x = m 2^-k with m in (1/2, 1], and the series of the
@@ -112,9 +90,8 @@ IcpStatus IcpJob::start(const IcpParams& params, const MapBoulders& map, const L
   result_.T_map_site = T_map_site_prior;
   status_ = copy_inputs(map, local);
   if (status_ != IcpStatus::kRunning) return status_;
-  lay_grid();
   gate_m_ = params.gate_start_m;
-  phase_ = Phase::kCount;
+  phase_ = Phase::kGrid;
   cursor_ = 0;
   return status_;
 }
@@ -122,12 +99,9 @@ IcpStatus IcpJob::start(const IcpParams& params, const MapBoulders& map, const L
 IcpStatus IcpJob::copy_inputs(const MapBoulders& map, const LocalMap& local) {
   if (map.empty()) return IcpStatus::kNoMapBoulders;
   if (local.empty()) return IcpStatus::kNoLocalBoulders;
-  map_.clear();
-  for (const MapBoulder& b : map) {
-    if (!point_is_good(b.p_map_m) || !std::isfinite(b.diameter_m)) return IcpStatus::kBadInput;
-    const Vec2 m = b.p_map_m - pivot_map_m_;
-    CAIRN_ASSERT(map_.push_back({m.x(), m.y(), b.diameter_m}));
-  }
+  if (map_.start(map, pivot_map_m_, params_.gate_start_m) != GridStatus::kRunning)
+    return IcpStatus::kBadInput;
+  for (std::uint16_t& owner : owner_) owner = kNone;
   local_.clear();
   const SinCos r = sin_cos(T_map_site_prior_.yaw_rad);
   double sum = 0.0;
@@ -143,112 +117,18 @@ IcpStatus IcpJob::copy_inputs(const MapBoulders& map, const LocalMap& local) {
   return IcpStatus::kRunning;
 }
 
-// ---- buckets over the map boulders ------------------------------------------------------------------------
-
-void IcpJob::lay_grid() {
-  double x0 = map_[0].x;
-  double x1 = x0;
-  double y0 = map_[0].y;
-  double y1 = y0;
-  for (const Point& m : map_) {
-    if (m.x < x0) x0 = m.x;
-    if (m.x > x1) x1 = m.x;
-    if (m.y < y0) y0 = m.y;
-    if (m.y > y1) y1 = m.y;
-  }
-  grid_x_ = x0;
-  grid_y_ = y0;
-  const double extent = x1 - x0 > y1 - y0 ? x1 - x0 : y1 - y0;
-  const double fitting = extent / kGridSide;
-  cell_m_ = fitting > params_.gate_start_m ? fitting : params_.gate_start_m;
-  for (std::uint16_t& count : cell_begin_) count = 0;
-}
-
-int IcpJob::cell_of(const Point& m) const {
-  int x = static_cast<int>((m.x - grid_x_) / cell_m_);  // not negative: the grid starts at the smallest
-  int y = static_cast<int>((m.y - grid_y_) / cell_m_);
-  if (x >= kGridSide) x = kGridSide - 1;
-  if (y >= kGridSide) y = kGridSide - 1;
-  return y * kGridSide + x;
-}
-
-void IcpJob::count_unit() {
-  for (std::uint32_t i = 0; i < kIndexChunk && cursor_ < map_.size(); ++i, ++cursor_) {
-    ++cell_begin_[cell_of(map_[cursor_])];
-    owner_[cursor_] = kNone;
-  }
-}
-
-/// From counts to ends; place_unit() then runs each end down to where its cell begins.
-void IcpJob::sum_unit() {
-  std::uint16_t end = 0;
-  for (std::uint16_t& cell : cell_begin_) {
-    end = static_cast<std::uint16_t>(end + cell);
-    cell = end;
-  }
-}
-
-/// Last boulder first, so that indices ascend within a cell.
-void IcpJob::place_unit() {
-  for (std::uint32_t i = 0; i < kIndexChunk && cursor_ < map_.size(); ++i, ++cursor_) {
-    const std::size_t index = map_.size() - 1U - cursor_;
-    by_cell_[--cell_begin_[cell_of(map_[index])]] = static_cast<std::uint16_t>(index);
-  }
-}
-
-IcpJob::CellRange IcpJob::cells_about(const Point& p) const {
-  const double reach = gate_m_ * (1.0 + 1.0e-9);  // rounding must not lose a boulder that lies on the gate
-  const auto cell = [this](double offset_m) {
-    const double c = offset_m / cell_m_;
-    if (!(c > 0.0)) return 0;
-    return c >= kGridSide - 1 ? kGridSide - 1 : static_cast<int>(c);
-  };
-  return {cell(p.x - reach - grid_x_), cell(p.x + reach - grid_x_), cell(p.y - reach - grid_y_),
-          cell(p.y + reach - grid_y_)};
-}
-
-std::uint32_t IcpJob::boulders_in(const CellRange& range) const {
-  std::uint32_t count = 0;
-  for (int y = range.y0; y <= range.y1; ++y) {
-    count += cell_begin_[y * kGridSide + range.x1 + 1] - cell_begin_[y * kGridSide + range.x0];
-  }
-  return count;
-}
-
 // ---- pairing ----------------------------------------------------------------------------------------------
 
-IcpJob::Point IcpJob::apply(const State& state, const Point& q) {
+GridPoint IcpJob::apply(const State& state, const GridPoint& q) {
   const SinCos r = sin_cos(state.yaw);
-  return {state.x + state.scale * (r.cos * q.x - r.sin * q.y),
-          state.y + state.scale * (r.sin * q.x + r.cos * q.y), q.diameter_m};
-}
-
-bool IcpJob::sizes_agree(const Point& a, const Point& b) const {
-  if (params_.max_size_ratio == 0.0 || a.diameter_m <= 0.0F || b.diameter_m <= 0.0F) return true;
-  const auto da = static_cast<double>(a.diameter_m);
-  const auto db = static_cast<double>(b.diameter_m);
-  return da <= params_.max_size_ratio * db && db <= params_.max_size_ratio * da;
+  return {state.x + state.scale * (r.cos * q.x_m - r.sin * q.y_m),
+          state.y + state.scale * (r.sin * q.x_m + r.cos * q.y_m), q.diameter_m};
 }
 
 /// The nearest map boulder of one local boulder, within the gate; of equal ones the lowest index.
-void IcpJob::pair_unit(const Point& p, const CellRange& range) {
-  Candidate best;
-  best.local = static_cast<std::uint16_t>(cursor_);
-  best.r2 = gate_m_ * gate_m_;
-  for (int y = range.y0; y <= range.y1; ++y) {
-    const std::uint32_t end = cell_begin_[y * kGridSide + range.x1 + 1];
-    for (std::uint32_t k = cell_begin_[y * kGridSide + range.x0]; k < end; ++k) {
-      const std::uint16_t index = by_cell_[k];
-      const Point& m = map_[index];
-      const double dx = m.x - p.x;
-      const double dy = m.y - p.y;
-      const double r2 = dx * dx + dy * dy;
-      if (r2 > best.r2 || (r2 == best.r2 && index >= best.map) || !sizes_agree(p, m)) continue;
-      best.r2 = r2;
-      best.map = index;
-    }
-  }
-  nearest_[cursor_] = best;
+void IcpJob::pair_unit(const BoulderQuery& query) {
+  const NearestBoulder best = map_.nearest(query, {params_.max_size_ratio});
+  nearest_[cursor_] = {best.r2_m2, static_cast<std::uint16_t>(cursor_), best.index};
   ++cursor_;
 }
 
@@ -289,9 +169,9 @@ void IcpJob::gather_and_trim() {
 double IcpJob::sum_of_squares(const State& state) const {
   double sum = 0.0;
   for (const Candidate& c : kept_) {
-    const Point p = apply(state, local_[c.local]);
-    const Point& m = map_[c.map];
-    sum += (m.x - p.x) * (m.x - p.x) + (m.y - p.y) * (m.y - p.y);
+    const GridPoint p = apply(state, local_[c.local]);
+    const GridPoint& m = map_[c.map];
+    sum += (m.x_m - p.x_m) * (m.x_m - p.x_m) + (m.y_m - p.y_m) * (m.y_m - p.y_m);
   }
   return sum;
 }
@@ -313,16 +193,16 @@ double IcpJob::lever() const {
   double x = 0.0;
   double y = 0.0;
   for (const Candidate& c : kept_) {
-    x += local_[c.local].x;
-    y += local_[c.local].y;
+    x += local_[c.local].x_m;
+    y += local_[c.local].y_m;
   }
   const auto n = static_cast<double>(kept_.size());
   x /= n;
   y /= n;
   double sum = 0.0;
   for (const Candidate& c : kept_) {
-    const Point& q = local_[c.local];
-    sum += (q.x - x) * (q.x - x) + (q.y - y) * (q.y - y);
+    const GridPoint& q = local_[c.local];
+    sum += (q.x_m - x) * (q.x_m - x) + (q.y_m - y) * (q.y_m - y);
   }
   return std::sqrt(sum / n);
 }
@@ -342,8 +222,8 @@ IcpJob::State IcpJob::estimate() const {
   Vec2 q_mean(0.0, 0.0);
   Vec2 m_mean(0.0, 0.0);
   for (const Candidate& c : kept_) {
-    q_mean += Vec2(local_[c.local].x, local_[c.local].y);
-    m_mean += Vec2(map_[c.map].x, map_[c.map].y);
+    q_mean += Vec2(local_[c.local].x_m, local_[c.local].y_m);
+    m_mean += Vec2(map_[c.map].x_m, map_[c.map].y_m);
   }
   q_mean /= weight;
   m_mean /= weight;
@@ -351,8 +231,8 @@ IcpJob::State IcpJob::estimate() const {
   double cross = v.weight * (q_mean.x() * m_mean.y() - q_mean.y() * m_mean.x());
   double spread = v.inertia + v.weight * q_mean.squaredNorm();
   for (const Candidate& c : kept_) {
-    const Vec2 q = Vec2(local_[c.local].x, local_[c.local].y) - q_mean;
-    const Vec2 m = Vec2(map_[c.map].x, map_[c.map].y) - m_mean;
+    const Vec2 q = Vec2(local_[c.local].x_m, local_[c.local].y_m) - q_mean;
+    const Vec2 m = Vec2(map_[c.map].x_m, map_[c.map].y_m) - m_mean;
     dot += q.dot(m);
     cross += q.x() * m.y() - q.y() * m.x();
     spread += q.squaredNorm();
@@ -516,9 +396,9 @@ void IcpJob::finish(IcpStatus status, const State& state) {
   result_.pairs_trimmed = trimmed_;
   result_.pairs_gated = static_cast<int>(local_.size()) - result_.pairs_used - trimmed_;
   for (const Candidate& c : kept_) {
-    const Point at = apply(state, local_[c.local]);
-    const double dx = map_[c.map].x - at.x;
-    const double dy = map_[c.map].y - at.y;
+    const GridPoint at = apply(state, local_[c.local]);
+    const double dx = map_[c.map].x_m - at.x_m;
+    const double dy = map_[c.map].y_m - at.y_m;
     CAIRN_ASSERT(result_.pairs.push_back({c.local, c.map, static_cast<float>(std::sqrt(dx * dx + dy * dy))}));
   }
   if (kept_.empty()) return;
@@ -548,9 +428,9 @@ void IcpJob::fill_covariance(const State& state) {
   double inertia = 0.0;
   const State turn = {0.0, 0.0, state.yaw, state.scale};
   for (const Candidate& c : kept_) {
-    const Point d = apply(turn, local_[c.local]);
-    sum += Vec2(d.x, d.y);
-    inertia += d.x * d.x + d.y * d.y;
+    const GridPoint d = apply(turn, local_[c.local]);
+    sum += Vec2(d.x_m, d.y_m);
+    inertia += d.x_m * d.x_m + d.y_m * d.y_m;
   }
   const double W = info * n + info_xy;
   const Vec2 c = sum * (info / W);
@@ -567,41 +447,20 @@ void IcpJob::fill_covariance(const State& state) {
 
 // ---- the cursor -------------------------------------------------------------------------------------------
 
-bool IcpJob::index_step(WorkBudget& budget) {
-  if (phase_ == Phase::kSum) {
-    if (!budget.take(kGridSide * kGridSide)) return false;
-    sum_unit();
-    phase_ = Phase::kPlace;
-    return true;
-  }
-  if (!budget.take(4U * kIndexChunk)) return false;
-  const bool counting = phase_ == Phase::kCount;
-  if (counting) {
-    count_unit();
-  } else {
-    place_unit();
-  }
-  if (cursor_ >= map_.size()) {
-    cursor_ = 0;
-    phase_ = counting ? Phase::kSum : Phase::kPair;
-  }
-  return true;
-}
-
 Progress IcpJob::step(WorkBudget& budget) {
   while (status_ == IcpStatus::kRunning) {
     const auto n = static_cast<std::uint32_t>(local_.size());
-    if (phase_ == Phase::kPair) {
-      const Point p = apply(state_, local_[cursor_]);
-      const CellRange range = cells_about(p);
-      if (!budget.take(20U + 4U * boulders_in(range))) return Progress::kMore;
-      pair_unit(p, range);
+    if (phase_ == Phase::kGrid) {
+      if (map_.step(budget) == Progress::kMore) return Progress::kMore;
+      phase_ = Phase::kPair;
+    } else if (phase_ == Phase::kPair) {
+      const BoulderQuery query = map_.query(apply(state_, local_[cursor_]), gate_m_);
+      if (!budget.take(query.ops())) return Progress::kMore;
+      pair_unit(query);
       if (cursor_ == n) phase_ = Phase::kEstimate;
-    } else if (phase_ == Phase::kEstimate) {
+    } else {
       if (!budget.take(kEstimateOps * n)) return Progress::kMore;
       estimate_unit();
-    } else if (!index_step(budget)) {
-      return Progress::kMore;
     }
   }
   return Progress::kDone;

@@ -27,11 +27,11 @@
 /// larger than before, the move is taken back. The objective is
 ///   (sum over kept pairs of r^2 + prior term + gate^2 for each local boulder without a kept pair) / n
 ///
-/// Nearest neighbours come from a grid of buckets, at least one gate wide, over the map boulders: exactly the
-/// brute force's result (ties: lowest index) at the cost of nine buckets.
+/// Nearest neighbours come from a grid over the map boulders (boulder_grid.hpp) whose cells are at least one
+/// gate wide: exactly the brute force's result (ties: lowest index) at the cost of nine cells.
 ///
 /// Cost. start(): copies and checks the inputs, about 10 operations a boulder. An iteration: n (420 + 4 c)
-/// operations for n local boulders with c map boulders in nine buckets. Units: 256 map boulders (index), one
+/// operations for n local boulders with c map boulders in nine cells. Units: 256 map boulders (index), one
 /// local boulder (pairing), one estimate (400 n operations).
 #pragma once
 
@@ -41,6 +41,7 @@
 #include "core/work_budget.hpp"
 #include "geometry/boulder.hpp"
 #include "geometry/pose2.hpp"
+#include "registration/boulder_grid.hpp"
 
 namespace cairn {
 
@@ -136,21 +137,15 @@ class IcpJob {
   const IcpResult& result() const { return result_; }
 
  private:
-  static constexpr int kGridSide = 64;
-  static constexpr std::uint16_t kNone = 0xFFFF;
+  static constexpr std::uint16_t kNone = BoulderGrid::kNone;
 
-  enum class Phase : std::uint8_t { kCount, kSum, kPlace, kPair, kEstimate };
+  enum class Phase : std::uint8_t { kGrid, kPair, kEstimate };
   /// A correction of the prior: p = (x, y) + scale R(yaw) q, in map axes about the prior's pivot.
   struct State {
     double x = 0.0;
     double y = 0.0;
     double yaw = 0.0;
     double scale = 1.0;
-  };
-  struct Point {
-    double x = 0.0;
-    double y = 0.0;
-    float diameter_m = 0.0F;
   };
   struct Candidate {
     double r2 = 0.0;
@@ -168,24 +163,11 @@ class IcpJob {
     double weight;
     double inertia;
   };
-  struct CellRange {
-    int x0, x1, y0, y1;  ///< inclusive
-  };
   static constexpr std::uint32_t kEstimateOps = 400;  ///< per local boulder
 
   IcpStatus copy_inputs(const MapBoulders& map, const LocalMap& local);
-  void lay_grid();
-  int cell_of(const Point& m) const;
-  void count_unit();
-  void sum_unit();
-  void place_unit();
-  bool index_step(WorkBudget& budget);
-
-  static Point apply(const State& state, const Point& q);
-  CellRange cells_about(const Point& p) const;
-  std::uint32_t boulders_in(const CellRange& range) const;
-  bool sizes_agree(const Point& a, const Point& b) const;
-  void pair_unit(const Point& p, const CellRange& range);
+  static GridPoint apply(const State& state, const GridPoint& q);
+  void pair_unit(const BoulderQuery& query);
 
   void estimate_unit();
   void keep_one_to_one();
@@ -213,19 +195,14 @@ class IcpJob {
   Vec2 pivot_site_m_ = Vec2(0.0, 0.0);
   Vec2 pivot_map_m_ = Vec2(0.0, 0.0);
   IcpStatus status_ = IcpStatus::kIdle;
-  Phase phase_ = Phase::kCount;
+  Phase phase_ = Phase::kGrid;
   std::uint32_t cursor_ = 0;
 
-  FixedVector<Point, cfg::kMaxMapWindowBoulders> map_;  ///< about the prior's pivot, map axes
-  FixedVector<Point, cfg::kMaxLocalBoulders> local_;    ///< the same, prior applied
-  double lever_all_m_ = 1.0;                            ///< L of the extrapolation
+  BoulderGrid map_;                                       ///< about the prior's pivot, map axes
+  FixedVector<GridPoint, cfg::kMaxLocalBoulders> local_;  ///< the same, prior applied
+  double lever_all_m_ = 1.0;                              ///< L of the extrapolation
 
-  double grid_x_ = 0.0;
-  double grid_y_ = 0.0;
-  double cell_m_ = 1.0;
-  std::uint16_t cell_begin_[kGridSide * kGridSide + 1] = {};
-  std::uint16_t by_cell_[cfg::kMaxMapWindowBoulders] = {};  ///< map indices by cell, ascending within a cell
-  std::uint16_t owner_[cfg::kMaxMapWindowBoulders] = {};    ///< local boulder that a map boulder belongs to
+  std::uint16_t owner_[cfg::kMaxMapWindowBoulders] = {};  ///< local boulder that a map boulder belongs to
 
   State state_;
   double gate_m_ = 0.0;
