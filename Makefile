@@ -217,8 +217,8 @@ sdk: ## for integrators: library, headers, cairn.pc, board files, example; in bu
 	@$(if $(BARE_BOARD),cp $(BARE_BOARD) $(SDK).part/platform/$(TARGET)/boot.elf)
 	@rm -rf $(SDK) && mv $(SDK).part $(SDK) && echo 'sdk: $(SDK)'
 
-# As a stranger would: the example, copied away, knows the SDK alone. What doc/INTEGRATION.md promises of it must hold.
-GUIDE    := doc/INTEGRATION.md
+# As a stranger would: the example, copied away, knows the SDK alone. What doc/guide/integration.md promises of it must hold.
+GUIDE    := doc/guide/integration.md
 MY_ROVER := $(B)/my_rover
 try-sdk: ## the integration guide's example on emulated boards, and the guide's figures (TARGET=..., default all of them)
 ifdef BARE
@@ -474,7 +474,7 @@ FOLDERS     := $(wildcard fsw hal platform ground_tools unit_tests mission_cfg)
 CHECK        = python3 -B ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
-OF_TEXT     := floors trace names layout
+OF_TEXT     := floors trace names layout prose
 SELF_TESTS  := $(addprefix check-self-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) integration))
 CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS)) $(if $(BARE),,$(addprefix check-,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'

@@ -92,7 +92,7 @@ void run(const ForecastOptions& options) {
 }
 
 void add_model_options(CLI::App* app, ForecastOptions& o) {
-  const char* group = "Model (defaults by the map's detector, USER_GUIDE part 8)";
+  const char* group = "Model (defaults by the map's detector, doc/guide/forecast.md)";
   app->add_option_function<std::string>(
          "--model",
          [&o](const std::string& file) {

@@ -183,7 +183,7 @@ void add_run_command(CLI::App& app) {
   const auto options = std::make_shared<RunOptions>();
   CLI::App* command =
       app.add_subcommand("run", "Replay a drive, on disk or simulated, through the flight module");
-  command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/USER_GUIDE.md)");
+  command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/guide/drives.md)");
   command->add_option("--scene", options->scene, "instead: a scene (TOML), rendered as it is driven over");
   command->add_option("--set", options->sets,
                       "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");

@@ -72,7 +72,7 @@ void add_sim_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "sim", "Render a simulated drive over a boulder field: stereo pairs, orthoimages, truth");
   command->add_option("scene", options->scene,
-                      "the scene, TOML (keys: doc/USER_GUIDE.md); the paper's where none is given");
+                      "the scene, TOML (keys: doc/guide/simulator.md); the paper's where none is given");
   command->add_option("--set", options->sets,
                       "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
   command->add_option("-o,--output", options->output, "folder for the data set")->required();

@@ -1,6 +1,6 @@
 /// A stereo data set on disk: rectified image pairs, calibration, and truth where there is some.
 ///
-/// Layout (USER_GUIDE tells the same to the user):
+/// Layout (doc/guide/drives.md tells the same to the user):
 ///   images       left/ and right/, or image_l/ + image_r/, image_0/ + image_1/, image_2/ + image_3/ (first
 ///                pair found); JPEG, PNG or TIFF. Order: shorter names first, then by text, so that numbers
 ///                need no leading zeros. Left and right belong together by name without extension. An image

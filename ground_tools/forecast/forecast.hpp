@@ -53,7 +53,7 @@ struct ForecastModel {
   double blind_below = 0.5;
 };
 
-/// The mission's rig, and what drives told of maps of that method (doc/USER_GUIDE.md part 8 tells which
+/// The mission's rig, and what drives told of maps of that method (doc/RESULTS.md tells which
 /// drives): the defaults above are of the shadow-aware detector, and taken for tables, too.
 ForecastModel mission_model(cmap::Method method = cmap::Method::kShadow);
 

@@ -1,4 +1,4 @@
-/// A forecast as text, CSV, GeoJSON and JSON. USER_GUIDE part 8 tells every column and key.
+/// A forecast as text, CSV, GeoJSON and JSON. doc/guide/forecast.md tells every column and key.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -44,7 +44,7 @@ void take(const json& from, const std::function<void(const Visit&)>& parameters,
       p.value = number.get<double>();
     });
     if (!known)
-      throw ToolError("{}: unknown key '{}'; see USER_GUIDE part 8 for those there are", whose, key);
+      throw ToolError("{}: unknown key '{}'; doc/guide/forecast.md has those there are", whose, key);
   }
 }
 

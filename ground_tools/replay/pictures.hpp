@@ -25,7 +25,7 @@ class PictureRecorder {
   /// For ReplayOptions::watch: to be called after every frame, while app::root holds what it made of it.
   void watch(const ReplayFrame& frame, const host::Picture& left);
 
-  /// A list of strips, each a list of frames (USER_GUIDE tells the keys).
+  /// A list of strips, each a list of frames (doc/guide/drives.md tells the keys).
   const nlohmann::ordered_json& strips() const { return strips_; }
 
  private:

@@ -1,4 +1,4 @@
-/// The files that a replay leaves (USER_GUIDE tells what is in each).
+/// The files that a replay leaves (doc/guide/drives.md tells what is in each).
 #pragma once
 
 #include <deque>

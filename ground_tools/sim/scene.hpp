@@ -1,7 +1,7 @@
 /// A simulated drive as data: site, rocks, suns, camera, rig and traverse. Whatever the simulator draws
 /// follows from a Scene alone. Defaults are the paper's set-up (METHOD section IV).
 ///
-/// A scene is read from TOML; USER_GUIDE part "Simulated drives" tells each key, unit and range. Keys are
+/// A scene is read from TOML; doc/guide/simulator.md tells each key, unit and range. Keys are
 /// named as the members here, in the sections [site], [rocks], [sun], [ortho_sun], [camera], [rig],
 /// [traverse]; `seed` stands before the first. Frames: map (x east, y north, z up), as doc/FRAMES.md has it.
 #pragma once
