@@ -429,7 +429,7 @@ $(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
 FUZZ_CXX     := clang++
 FUZZ_FLAGS   := -std=c++17 -O1 -g1 -ffp-contract=off -MMD -MP -Wall -Wextra -Werror -Ifsw -Imission_cfg -Imission_cfg/paper -I. \
                 $(EIGEN) -Iunit_tests -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
-FUZZ_SRC     := $(sort $(wildcard fsw/orbital_map/*.cpp fsw/core/*.cpp)) fsw/app/telecommand.cpp fsw/app/telemetry.cpp \
+FUZZ_SRC     := $(sort $(wildcard fsw/orbital_map/*.cpp fsw/core/*.cpp)) $(addprefix fsw/app/,packet.cpp telecommand.cpp telemetry.cpp) \
                 platform/host/assert_handler.cpp
 FUZZERS      := $(patsubst unit_tests/fuzz/%.cpp,build/fuzz/%,$(sort $(wildcard unit_tests/fuzz/fuzz_*.cpp)))
 RUNS         ?= 10000000

@@ -1,12 +1,9 @@
 #include "app/telecommand.hpp"
 
-#include "app/wire.hpp"
-
 namespace cairn::app {
 namespace {
 
 constexpr std::size_t kLeastChunkBytes = chunk::kOverheadBytes + 1;
-static_assert(kMaxPacketBytes == kPacketHeaderBytes + kMaxChunkBytes + kPacketCrcBytes);
 
 template <typename Walker, typename C>
 bool walk(Walker& w, C& c) {
@@ -34,7 +31,7 @@ bool walk(Walker& w, C& c) {
 }  // namespace
 
 void encode(const Command& command, Packet& out) {
-  Writer<Packet> w(out, static_cast<std::uint8_t>(command.type), command.sequence);
+  PacketWriter w(out, {static_cast<std::uint8_t>(command.type), command.sequence});
   if (command.type == CommandType::kMapChunk) {
     CAIRN_ASSERT(command.chunk_bytes >= kLeastChunkBytes);
     for (std::size_t i = 0; i < command.chunk_bytes; ++i) w.field(command.chunk[i]);
@@ -46,19 +43,20 @@ void encode(const Command& command, Packet& out) {
 }
 
 CommandStatus decode(const std::uint8_t* bytes, std::size_t size, Command& out) {
-  PacketType type{};
-  if (check_packet(bytes, size, type, out.sequence) != PacketStatus::kGood) return CommandStatus::kBadPacket;
-  out.type = static_cast<CommandType>(type);
+  PacketHead head;
+  if (check_packet(bytes, size, head) != PacketStatus::kGood) return CommandStatus::kBadPacket;
+  out.type = static_cast<CommandType>(head.type);
+  out.sequence = head.sequence;
   if (out.type == CommandType::kMapChunk) {
     if (size < kPacketHeaderBytes + kLeastChunkBytes + kPacketCrcBytes) return CommandStatus::kBadPacket;
     out.chunk = bytes + kPacketHeaderBytes;
     out.chunk_bytes = size - kPacketHeaderBytes - kPacketCrcBytes;
     return CommandStatus::kAccepted;
   }
-  Sizer sizer;
+  PacketSizer sizer;
   if (!walk(sizer, out)) return CommandStatus::kUnknownType;
   if (sizer.packet_bytes() != size) return CommandStatus::kBadPacket;
-  Reader reader(bytes);
+  PacketReader reader(bytes);
   return walk(reader, out) ? CommandStatus::kAccepted : CommandStatus::kUnknownType;
 }
 

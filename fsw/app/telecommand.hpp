@@ -1,12 +1,12 @@
-/// Telecommands: their content and coding, which the ground tools share. Framing as in
-/// app/telemetry.hpp; doc/ICD.md.
+/// Telecommands: their content and coding, which the ground tools share. Framing: app/packet.hpp; every byte:
+/// doc/ICD.md.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-#include "app/telemetry.hpp"
+#include "app/packet.hpp"
 #include "core/nodiscard.hpp"
 #include "geometry/pose3.hpp"
 #include "orbital_map/map_transfer.hpp"
@@ -42,7 +42,7 @@ enum class CAIRN_NODISCARD CommandStatus : std::uint8_t {
 };
 
 /// The largest chunk that fits a packet, and the data in it.
-inline constexpr std::size_t kMaxChunkBytes = kMaxPacketBytes - 12;
+inline constexpr std::size_t kMaxChunkBytes = kMaxPacketBytes - kPacketHeaderBytes - kPacketCrcBytes;
 inline constexpr std::size_t kMaxChunkDataBytes = kMaxChunkBytes - chunk::kOverheadBytes;
 
 void encode(const Command& command, Packet& out);

@@ -1,14 +1,12 @@
 #include "app/telemetry.hpp"
 
-#include "app/wire.hpp"
-
 namespace cairn::app {
 namespace {
 
-// Each report's fields stand in one list, which writer, reader and sizer walk alike.
+// Each report's fields in one list. `Report` is the type that the last argument names, const or not.
 
 template <typename Walker, typename Report>
-void walk_frame(Walker& w, Report& r) {
+void walk(Walker& w, Report& r, const FrameReport*) {
   w.field(r.number);
   w.field(r.t_capture_us);
   w.field(r.pose_source);
@@ -36,7 +34,7 @@ void walk_frame(Walker& w, Report& r) {
 }
 
 template <typename Walker, typename Report>
-void walk_fix(Walker& w, Report& r) {
+void walk(Walker& w, Report& r, const FixReport*) {
   w.field(r.number);
   w.field(r.status);
   w.field(r.map_window_full);
@@ -56,7 +54,7 @@ void walk_fix(Walker& w, Report& r) {
 }
 
 template <typename Walker, typename Report>
-void walk_boulder(Walker& w, Report& r) {
+void walk(Walker& w, Report& r, const BoulderReport*) {
   w.field(r.id);
   w.field(r.x_m);
   w.field(r.y_m);
@@ -67,7 +65,7 @@ void walk_boulder(Walker& w, Report& r) {
 }
 
 template <typename Walker, typename Report>
-void walk_ack(Walker& w, Report& r) {
+void walk(Walker& w, Report& r, const AckReport*) {
   w.field(r.command_sequence);
   w.field(r.command_type);
   w.field(r.status);
@@ -75,7 +73,7 @@ void walk_ack(Walker& w, Report& r) {
 }
 
 template <typename Walker, typename Report>
-void walk_health(Walker& w, Report& r) {
+void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.frames);
   w.field(r.vo);
   w.field(r.boulders);
@@ -92,7 +90,7 @@ void walk_health(Walker& w, Report& r) {
 }
 
 template <typename Walker, typename Report>
-void walk_upload(Walker& w, Report& r) {
+void walk(Walker& w, Report& r, const UploadReport*) {
   w.field(r.status);
   w.field(r.detail);
   w.field(r.kind);
@@ -106,103 +104,40 @@ void walk_upload(Walker& w, Report& r) {
   w.field(r.missing);
 }
 
-template <typename W, typename R>
-void walk(W& w, R& r, const FrameReport*) {
-  walk_frame(w, r);
-}
-template <typename W, typename R>
-void walk(W& w, R& r, const FixReport*) {
-  walk_fix(w, r);
-}
-template <typename W, typename R>
-void walk(W& w, R& r, const BoulderReport*) {
-  walk_boulder(w, r);
-}
-template <typename W, typename R>
-void walk(W& w, R& r, const AckReport*) {
-  walk_ack(w, r);
-}
-template <typename W, typename R>
-void walk(W& w, R& r, const HealthReport*) {
-  walk_health(w, r);
-}
-template <typename W, typename R>
-void walk(W& w, R& r, const UploadReport*) {
-  walk_upload(w, r);
-}
-
-template <typename Report>
-void encode_as(PacketType type, const Report& report, std::uint32_t sequence, Packet& out) {
-  Writer<Packet> w(out, static_cast<std::uint8_t>(type), sequence);
-  walk(w, report, &report);
-  w.finish();
-}
-
-template <typename Report>
-PacketStatus decode_as(PacketType wanted, const std::uint8_t* bytes, std::size_t size, Report& out) {
-  PacketType type{};
-  std::uint32_t sequence = 0;
-  const PacketStatus status = check_packet(bytes, size, type, sequence);
-  if (status != PacketStatus::kGood) return status;
-  if (type != wanted) return PacketStatus::kOtherType;
-  Sizer sizer;
-  walk(sizer, out, &out);
-  if (sizer.packet_bytes() != size) return PacketStatus::kBadSize;
-  Reader r(bytes);
-  walk(r, out, &out);
-  return PacketStatus::kGood;
-}
-
 }  // namespace
 
-void encode(const FrameReport& report, std::uint32_t sequence, Packet& out) {
-  encode_as(PacketType::kFrame, report, sequence, out);
-}
-void encode(const FixReport& report, std::uint32_t sequence, Packet& out) {
-  encode_as(PacketType::kFix, report, sequence, out);
-}
-void encode(const BoulderReport& report, std::uint32_t sequence, Packet& out) {
-  encode_as(PacketType::kBoulder, report, sequence, out);
-}
-void encode(const AckReport& report, std::uint32_t sequence, Packet& out) {
-  encode_as(PacketType::kAck, report, sequence, out);
-}
-void encode(const HealthReport& report, std::uint32_t sequence, Packet& out) {
-  encode_as(PacketType::kHealth, report, sequence, out);
-}
-void encode(const UploadReport& report, std::uint32_t sequence, Packet& out) {
-  encode_as(PacketType::kUpload, report, sequence, out);
+template <typename Report>
+void encode(const Report& report, std::uint32_t sequence, Packet& out) {
+  PacketWriter writer(out, {static_cast<std::uint8_t>(Report::kType), sequence});
+  walk(writer, report, &report);
+  writer.finish();
 }
 
-PacketStatus check_packet(const std::uint8_t* bytes, std::size_t size, PacketType& type,
-                          std::uint32_t& sequence) {
-  if (bytes == nullptr || size < kPacketHeaderBytes + kPacketCrcBytes) return PacketStatus::kTooShort;
-  if (be::get_u16(bytes + 2) != size) return PacketStatus::kBadSize;
-  if (crc32(bytes, size - kPacketCrcBytes) != be::get_u32(bytes + size - kPacketCrcBytes))
-    return PacketStatus::kBadCrc;
-  if (bytes[1] != kPacketVersion) return PacketStatus::kBadVersion;
-  type = static_cast<PacketType>(bytes[0]);
-  sequence = be::get_u32(bytes + 4);
+template <typename Report>
+PacketStatus decode(const std::uint8_t* bytes, std::size_t size, Report& out) {
+  PacketHead head;
+  const PacketStatus status = check_packet(bytes, size, head);
+  if (status != PacketStatus::kGood) return status;
+  if (head.type != static_cast<std::uint8_t>(Report::kType)) return PacketStatus::kOtherType;
+  PacketSizer sizer;
+  walk(sizer, out, &out);
+  if (sizer.packet_bytes() != size) return PacketStatus::kBadSize;
+  PacketReader reader(bytes);
+  walk(reader, out, &out);
   return PacketStatus::kGood;
 }
 
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, FrameReport& out) {
-  return decode_as(PacketType::kFrame, bytes, size, out);
-}
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, FixReport& out) {
-  return decode_as(PacketType::kFix, bytes, size, out);
-}
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, BoulderReport& out) {
-  return decode_as(PacketType::kBoulder, bytes, size, out);
-}
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, AckReport& out) {
-  return decode_as(PacketType::kAck, bytes, size, out);
-}
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, HealthReport& out) {
-  return decode_as(PacketType::kHealth, bytes, size, out);
-}
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, UploadReport& out) {
-  return decode_as(PacketType::kUpload, bytes, size, out);
-}
+template void encode(const FrameReport&, std::uint32_t, Packet&);
+template PacketStatus decode(const std::uint8_t*, std::size_t, FrameReport&);
+template void encode(const FixReport&, std::uint32_t, Packet&);
+template PacketStatus decode(const std::uint8_t*, std::size_t, FixReport&);
+template void encode(const BoulderReport&, std::uint32_t, Packet&);
+template PacketStatus decode(const std::uint8_t*, std::size_t, BoulderReport&);
+template void encode(const AckReport&, std::uint32_t, Packet&);
+template PacketStatus decode(const std::uint8_t*, std::size_t, AckReport&);
+template void encode(const HealthReport&, std::uint32_t, Packet&);
+template PacketStatus decode(const std::uint8_t*, std::size_t, HealthReport&);
+template void encode(const UploadReport&, std::uint32_t, Packet&);
+template PacketStatus decode(const std::uint8_t*, std::size_t, UploadReport&);
 
 }  // namespace cairn::app

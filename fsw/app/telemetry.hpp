@@ -1,37 +1,30 @@
-/// Telemetry packets: their content, and their coding, which the ground tools share. Every byte: doc/ICD.md.
-///
-/// A packet is big-endian: type u8, version u8 (1), size u16 of the whole packet, sequence u32, body, CRC-32
-/// of all before it. Floating point travels as IEEE 754. A pose is t (x, y, z, m) and q
-/// (w, x, y, z): seven f64.
+/// Telemetry packets: their content, and their coding, which the ground tools share. Framing: app/packet.hpp;
+/// every byte: doc/ICD.md.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 
-#include "core/fixed_vector.hpp"
-#include "core/nodiscard.hpp"
-#include "geometry/pose3.hpp"
+#include "app/packet.hpp"
 #include "localizer/localizer.hpp"
 #include "orbital_map/map_transfer.hpp"
 #include "schedule.hpp"
 
 namespace cairn::app {
 
-enum class PacketType : std::uint8_t {
+enum class TelemetryType : std::uint8_t {
   kFrame = 1,
   kFix = 2,
   kBoulder = 3,
   kAck = 4,
   kHealth = 5,
-  kUpload = 6
+  kUpload = 6,
 };
-
-inline constexpr std::size_t kMaxPacketBytes = 512;
-using Packet = FixedVector<std::uint8_t, kMaxPacketBytes>;
 
 /// After each minor frame.
 struct FrameReport {
+  static constexpr TelemetryType kType = TelemetryType::kFrame;
   std::uint32_t number = 0;  ///< of the stereo pair
   std::uint64_t t_capture_us = 0;
   std::uint8_t pose_source = 0;     ///< PoseSource
@@ -60,6 +53,7 @@ struct FrameReport {
 
 /// After each registration, whatever came of it.
 struct FixReport {
+  static constexpr TelemetryType kType = TelemetryType::kFix;
   std::uint32_t number = 0;  ///< stereo pair at which it was applied or declined
   std::uint8_t status = 0;   ///< FixStatus
   std::uint8_t map_window_full = 0;
@@ -80,6 +74,7 @@ struct FixReport {
 
 /// A boulder of the local map, after each registration.
 struct BoulderReport {
+  static constexpr TelemetryType kType = TelemetryType::kBoulder;
   std::uint32_t id = 0;
   double x_m = 0.0;  ///< map
   double y_m = 0.0;
@@ -91,6 +86,7 @@ struct BoulderReport {
 
 /// What became of a telecommand.
 struct AckReport {
+  static constexpr TelemetryType kType = TelemetryType::kAck;
   std::uint32_t command_sequence = 0;
   std::uint8_t command_type = 0;
   std::uint8_t status = 0;  ///< CommandStatus
@@ -99,6 +95,7 @@ struct AckReport {
 
 /// Counts since the start, once a major frame.
 struct HealthReport {
+  static constexpr TelemetryType kType = TelemetryType::kHealth;
   std::uint32_t frames = 0;
   std::array<std::uint32_t, kVoStatusCount> vo{};
   std::array<std::uint32_t, kObserveStatusCount> boulders{};
@@ -116,6 +113,7 @@ struct HealthReport {
 
 /// How the upload of a map stands: when one is begun, complete, verified or in use, and on command.
 struct UploadReport {
+  static constexpr TelemetryType kType = TelemetryType::kUpload;
   std::uint8_t status = 0;  ///< TransferStatus
   std::uint8_t detail = 0;  ///< DeltaStatus where the delta was refused, MapStatus where the map was judged
   std::uint8_t kind = 0;    ///< UploadKind
@@ -130,30 +128,10 @@ struct UploadReport {
   std::array<std::uint8_t, 256> missing{};
 };
 
-void encode(const FrameReport& report, std::uint32_t sequence, Packet& out);
-void encode(const FixReport& report, std::uint32_t sequence, Packet& out);
-void encode(const BoulderReport& report, std::uint32_t sequence, Packet& out);
-void encode(const AckReport& report, std::uint32_t sequence, Packet& out);
-void encode(const HealthReport& report, std::uint32_t sequence, Packet& out);
-void encode(const UploadReport& report, std::uint32_t sequence, Packet& out);
-
-enum class CAIRN_NODISCARD PacketStatus : std::uint8_t {
-  kGood,
-  kTooShort,
-  kBadSize,  ///< the size field disagrees with what came, or with the type
-  kBadCrc,
-  kBadVersion,
-  kOtherType,  ///< a good packet, but not of the type asked for
-};
-
-/// Checks size, version and CRC; `type` and `sequence` of a good packet.
-PacketStatus check_packet(const std::uint8_t* bytes, std::size_t size, PacketType& type,
-                          std::uint32_t& sequence);
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, FrameReport& out);
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, FixReport& out);
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, BoulderReport& out);
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, AckReport& out);
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, HealthReport& out);
-PacketStatus decode(const std::uint8_t* bytes, std::size_t size, UploadReport& out);
+/// `Report` is one of the six above.
+template <typename Report>
+void encode(const Report& report, std::uint32_t sequence, Packet& out);
+template <typename Report>
+PacketStatus decode(const std::uint8_t* bytes, std::size_t size, Report& out);
 
 }  // namespace cairn::app

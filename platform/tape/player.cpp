@@ -14,23 +14,23 @@ namespace {
 Telemetry* heard = nullptr;
 
 void listen(const std::uint8_t* packet, std::size_t size) {
-  app::PacketType type{};
-  std::uint32_t sequence = 0;
-  if (app::check_packet(packet, size, type, sequence) != app::PacketStatus::kGood) {
+  app::PacketHead head;
+  if (app::check_packet(packet, size, head) != app::PacketStatus::kGood) {
     ++heard->bad;
     return;
   }
+  const auto type = static_cast<app::TelemetryType>(head.type);
   std::uint32_t* sum = &heard->rest;
-  if (type == app::PacketType::kFrame) {
+  if (type == app::TelemetryType::kFrame) {
     sum = &heard->poses;
     ++heard->frames;
-  } else if (type == app::PacketType::kFix) {
+  } else if (type == app::TelemetryType::kFix) {
     sum = &heard->fixes;
     app::FixReport fix;
     const bool applied = app::decode(packet, size, fix) == app::PacketStatus::kGood &&
                          fix.status == static_cast<std::uint8_t>(FixStatus::kApplied);
     heard->applied += applied ? 1 : 0;
-  } else if (type == app::PacketType::kBoulder) {
+  } else if (type == app::TelemetryType::kBoulder) {
     sum = &heard->boulders;
   }
   *sum = crc32(packet, size, *sum);

@@ -49,10 +49,9 @@ struct GroundStation {
     return true;
   }
   void take(const std::uint8_t* bytes, std::size_t size) {
-    app::PacketType type{};
-    std::uint32_t sequence = 0;
-    assert_status(app::check_packet(bytes, size, type, sequence), app::PacketStatus::kGood);
-    sequences.push_back(sequence);
+    app::PacketHead head;
+    assert_status(app::check_packet(bytes, size, head), app::PacketStatus::kGood);
+    sequences.push_back(head.sequence);
     assert_true(keep(bytes, size, frames) || keep(bytes, size, fixes) || keep(bytes, size, boulders) ||
                 keep(bytes, size, acks) || keep(bytes, size, healths) || keep(bytes, size, uploads));
   }

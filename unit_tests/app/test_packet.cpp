@@ -1,7 +1,7 @@
-// The writer, reader and sizer of packets.
-#include "app/wire.hpp"
+// The framing of packets: writer, reader and sizer; what is refused, test_telemetry and test_telecommand show.
+#include "app/packet.hpp"
 
-#include "core/fixed_vector.hpp"
+#include "core/crc32.hpp"
 #include "support/cmocka.hpp"
 #include "support/death.hpp"
 
@@ -10,11 +10,10 @@ using namespace cairn::app;
 
 namespace {
 
-using Bytes = FixedVector<std::uint8_t, 32>;
+Packet out;
 
 void test_header_body_crc(void**) {
-  static Bytes out;
-  Writer<Bytes> w(out, 7, 0x01020304U);
+  PacketWriter w(out, {7, 0x01020304U});
   w.field(std::uint16_t{0xABCD});
   w.finish();
   const std::uint8_t expected[] = {7, 1, 0, 14, 1, 2, 3, 4, 0xAB, 0xCD};
@@ -24,15 +23,12 @@ void test_header_body_crc(void**) {
 }
 
 void test_a_writer_begins_anew(void**) {
-  static Bytes out;
-  Writer<Bytes>(out, 1, 2).finish();
-  Writer<Bytes>(out, 1, 2).finish();
+  PacketWriter(out, {1, 2}).finish();
+  PacketWriter(out, {1, 2}).finish();
   assert_int_equal(out.size(), 12);
 }
 
 void test_sizer_counts_what_the_writer_writes(void**) {
-  using Wide = FixedVector<std::uint8_t, 200>;
-  static Wide out;
   const auto walk = [](auto& walker) {
     const std::uint8_t a = 1;
     const std::array<std::uint16_t, 3> b = {1, 2, 3};
@@ -46,21 +42,24 @@ void test_sizer_counts_what_the_writer_writes(void**) {
     walker.field(e);
     walker.field(Pose3());
   };
-  Writer<Wide> w(out, 1, 2);
+  PacketWriter w(out, {1, 2});
   walk(w);
   w.finish();
-  Sizer sizer;
+  PacketSizer sizer;
   walk(sizer);
   assert_int_equal(out.size(), 8 + 1 + 6 + 8 + 8 + 8 + 56 + 4);
   assert_int_equal(sizer.packet_bytes(), out.size());
 }
 
 void test_no_room_is_our_own_error(void**) {
-  assert_true(test::asserts([] {
-    static Bytes out;
-    Writer<Bytes> w(out, 1, 2);
-    for (int i = 0; i < 4; ++i) w.field(1.0);
-  }));
+  const auto write = [](std::size_t body_bytes) {
+    PacketWriter w(out, {1, 2});
+    for (std::size_t i = 0; i < body_bytes; ++i) w.field(std::uint8_t{3});
+    w.finish();
+  };
+  write(kMaxPacketBytes - 12);
+  assert_int_equal(out.size(), kMaxPacketBytes);
+  assert_true(test::asserts([&] { write(kMaxPacketBytes - 11); }));
 }
 
 }  // namespace
