@@ -47,8 +47,8 @@ std::string to_csv(const std::vector<TableBoulder>& boulders);
 /// y or y_m, diameter or diameter_m must be there; the others of to_csv are taken where they are, and a field
 /// of theirs may be empty. Boulders smaller than `min_diameter_m` are left out.
 ///
-/// Throws ToolError: cannot be read, empty, a column missing, a line with too few fields or with no finite
-/// number in a field that is needed, a diameter that is not positive.
+/// Throws ToolError: cannot be read, empty, a column missing, a line with more or fewer fields than the first
+/// or with no finite number in a field that is needed, a diameter that is not positive.
 std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min_diameter_m = 0.0);
 
 }  // namespace cairn::ground

@@ -1,8 +1,7 @@
 #include "base/number_table.hpp"
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
-#include <string_view>
 
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
@@ -10,61 +9,87 @@
 namespace cairn::ground {
 namespace {
 
+constexpr const char* kMendRow = "correct or remove this line";
+
 struct Line {
   int number;
-  std::vector<std::string> words;
+  std::string_view text;
 };
 
-std::vector<std::string> split_words(std::string_view text) {
-  std::vector<std::string> words;
+/// Without empty lines and comments.
+std::vector<Line> lines_of(const std::vector<std::uint8_t>& bytes) {
+  std::vector<Line> lines;
+  int number = 0;
+  for (const std::string_view text :
+       split({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, '\n')) {
+    ++number;
+    const std::size_t first = text.find_first_not_of(" \t\r,");
+    if (first != std::string_view::npos && text[first] != '#') lines.push_back({number, text});
+  }
+  return lines;
+}
+
+std::vector<std::string_view> words_of(std::string_view text) {
+  std::vector<std::string_view> words;
   constexpr std::string_view kBlank = " \t\r,";
   for (std::size_t at = text.find_first_not_of(kBlank); at != std::string_view::npos;) {
     const std::size_t end = std::min(text.find_first_of(kBlank, at), text.size());
-    words.emplace_back(text.substr(at, end - at));
+    words.push_back(text.substr(at, end - at));
     at = text.find_first_not_of(kBlank, end);
   }
   return words;
 }
 
-std::vector<Line> read_lines(const std::filesystem::path& path) {
-  const std::vector<std::uint8_t> bytes = read_file(path);
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  std::vector<Line> lines;
-  int number = 0;
-  for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    Line line{++number, split_words(text.substr(at, end - at))};
-    if (!line.words.empty() && line.words[0][0] != '#') lines.push_back(std::move(line));
-    at = end + 1;
+std::vector<std::string_view> fields_of(std::string_view line) {
+  if (line.find(',') == std::string_view::npos) return words_of(line);
+  constexpr std::string_view kAround = " \t\r\"";
+  std::vector<std::string_view> fields = split(line, ',');
+  for (std::string_view& field : fields) {
+    field.remove_prefix(std::min(field.find_first_not_of(kAround), field.size()));
+    field = field.substr(0, field.find_last_not_of(kAround) + 1);
   }
-  return lines;
+  return fields;
 }
 
 NumberRow parse_row(const std::filesystem::path& path, const Line& line) {
   NumberRow row;
   row.line = line.number;
-  std::size_t first = 0;
-  if (line.words[0].back() == ':') {
-    row.tag = line.words[0].substr(0, line.words[0].size() - 1);
-    first = 1;
+  std::vector<std::string_view> words = words_of(line.text);
+  if (words[0].back() == ':') {
+    row.tag = words[0].substr(0, words[0].size() - 1);
+    words.erase(words.begin());
   }
-  for (std::size_t i = first; i < line.words.size(); ++i) {
-    const std::string& word = line.words[i];
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
-      throw ToolError("{}:{}: '{}' is not a finite number; mend this line", path.string(), line.number, word);
-    }
-    row.values.push_back(value);
+  for (const std::string_view word : words) {
+    const std::optional<double> value = to_finite(word);
+    if (!value)
+      throw ToolError("{}:{}: '{}' is not a finite number; correct this line", path.string(), line.number,
+                      word);
+    row.values.push_back(*value);
   }
   return row;
 }
 
 }  // namespace
 
+std::optional<double> to_finite(std::string_view text) {
+  const std::optional<double> value = to_number<double>(text);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+std::vector<std::string_view> split(std::string_view text, char separator) {
+  std::vector<std::string_view> parts;
+  while (true) {
+    const std::size_t end = text.find(separator);
+    parts.push_back(text.substr(0, end));
+    if (end == std::string_view::npos) return parts;
+    text.remove_prefix(end + 1);
+  }
+}
+
 std::vector<NumberRow> read_number_rows(const std::filesystem::path& path) {
+  const std::vector<std::uint8_t> bytes = read_file(path);
   std::vector<NumberRow> rows;
-  for (const Line& line : read_lines(path)) rows.push_back(parse_row(path, line));
+  for (const Line& line : lines_of(bytes)) rows.push_back(parse_row(path, line));
   return rows;
 }
 
@@ -73,32 +98,61 @@ std::vector<NumberRow> read_number_rows(const std::filesystem::path& path, std::
   std::vector<NumberRow> rows = read_number_rows(path);
   for (const NumberRow& row : rows) {
     if (row.values.size() != columns || !row.tag.empty()) {
-      throw ToolError("{}:{}: {} numbers in this line; it wants {}: {}", path.string(), row.line,
+      throw ToolError("{}:{}: {} numbers in this line; it needs {}: {}", path.string(), row.line,
                       row.values.size(), columns, form);
     }
   }
   return rows;
 }
 
-CsvTable::CsvTable(const std::filesystem::path& path) : path_(path) {
-  const std::vector<Line> lines = read_lines(path);
-  if (lines.empty()) throw ToolError("{}: empty; its first line names the columns", path.string());
-  names_ = lines[0].words;
+CsvTable::CsvTable(std::filesystem::path path, std::string mend)
+    : path_(std::move(path)), mend_(std::move(mend)), text_(read_file(path_)) {
+  const std::vector<Line> lines = lines_of(text_);
+  if (lines.empty()) throw ToolError("{}: is empty; its first line must name the columns", path_.string());
+  names_ = fields_of(lines[0].text);
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    rows_.push_back(parse_row(path, lines[i]));
-    if (rows_.back().values.size() != names_.size()) {
-      throw ToolError("{}:{}: {} numbers under {} column names; mend this line", path.string(),
-                      lines[i].number, rows_.back().values.size(), names_.size());
+    const std::vector<std::string_view> fields = fields_of(lines[i].text);
+    if (fields.size() != names_.size()) {
+      throw ToolError("{}:{}: {} fields under {} column names; {}", path_.string(), lines[i].number,
+                      fields.size(), names_.size(), mend_or(kMendRow));
     }
+    fields_.insert(fields_.end(), fields.begin(), fields.end());
+    lines_.push_back(lines[i].number);
   }
 }
 
-std::size_t CsvTable::column(const std::string& name) const {
-  for (std::size_t i = 0; i < names_.size(); ++i) {
-    if (names_[i] == name) return i;
+std::optional<std::size_t> CsvTable::find(std::initializer_list<const char*> names) const {
+  for (const char* name : names) {
+    const auto at = std::find(names_.begin(), names_.end(), name);
+    if (at != names_.end()) return static_cast<std::size_t>(at - names_.begin());
   }
-  throw ToolError("{}: no column '{}' (it has {}); name it in the first line", path_.string(), name,
-                  fmt::format("{}", fmt::join(names_, ", ")));
+  return std::nullopt;
+}
+
+std::size_t CsvTable::column(std::initializer_list<const char*> names) const {
+  const std::optional<std::size_t> at = find(names);
+  if (!at) {
+    throw ToolError("{}: no column '{}' in its first line (it has {}); {}", path_.string(),
+                    fmt::join(names, "' or '"), fmt::join(names_, ", "), mend_or("name it there"));
+  }
+  return *at;
+}
+
+double CsvTable::number(std::size_t row, std::size_t column) const {
+  const std::optional<double> value = to_finite(word(row, column));
+  if (!value) refuse(row, column);
+  return *value;
+}
+
+double CsvTable::any_number(std::size_t row, std::size_t column) const {
+  const std::optional<double> value = to_number<double>(word(row, column));
+  if (!value) refuse(row, column);
+  return *value;
+}
+
+void CsvTable::refuse(std::size_t row, std::size_t column) const {
+  throw ToolError("{}:{}: '{}' in column '{}' is not a number; {}", path_.string(), lines_[row],
+                  word(row, column), names_[column], mend_or(kMendRow));
 }
 
 }  // namespace cairn::ground

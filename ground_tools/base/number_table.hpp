@@ -1,11 +1,32 @@
 /// Text files of numbers: calibrations, poses, stamps, trajectories, tables.
 #pragma once
 
+#include <charconv>
 #include <filesystem>
+#include <initializer_list>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cairn::ground {
+
+/// The whole of `text` as a number, a leading plus allowed; nothing where it is none, or does not fit. Reals:
+/// infinity and NaN, too.
+template <typename T>
+std::optional<T> to_number(std::string_view text) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// The same for a finite real.
+std::optional<double> to_finite(std::string_view text);
+
+/// The parts between separators, one more than there are separators.
+std::vector<std::string_view> split(std::string_view text, char separator);
 
 struct NumberRow {
   int line = 0;     ///< from 1, for messages
@@ -21,20 +42,47 @@ std::vector<NumberRow> read_number_rows(const std::filesystem::path& path);
 std::vector<NumberRow> read_number_rows(const std::filesystem::path& path, std::size_t columns,
                                         const char* form);
 
-/// A CSV table of numbers with one line of column names.
+/// A CSV table: one line of column names, then rows with a field for each. Blanks and quotes around a field
+/// do not belong to it; a line without a comma may separate fields by blanks; empty lines and lines that
+/// start with '#' are left out.
 class CsvTable {
  public:
-  /// Throws ToolError as `read_number_rows`, and where a row is shorter or longer than the names.
-  explicit CsvTable(const std::filesystem::path& path);
+  /// `mend` ends the messages, for tables that nobody writes by hand. Throws ToolError: cannot be read, empty,
+  /// a row with more or fewer fields than there are names.
+  explicit CsvTable(std::filesystem::path path, std::string mend = {});
+  CsvTable(CsvTable&&) = default;  // fields are views of the text
+  CsvTable(const CsvTable&) = delete;
+  CsvTable& operator=(const CsvTable&) = delete;
 
-  const std::vector<NumberRow>& rows() const { return rows_; }
-  /// Index of a column; throws ToolError that lists what is there.
-  std::size_t column(const std::string& name) const;
+  std::size_t size() const { return lines_.size(); }
+  int line(std::size_t row) const { return lines_[row]; }  ///< of the file, from 1
+  /// The file does not end with a line end, so that its last line may be cut off.
+  bool cut_off() const { return text_.back() != '\n'; }
+
+  /// The first column that has one of these names.
+  std::optional<std::size_t> find(std::initializer_list<const char*> names) const;
+  /// As above; throws ToolError that lists what is there.
+  std::size_t column(std::initializer_list<const char*> names) const;
+  std::size_t column(const char* name) const { return column({name}); }
+
+  std::string_view word(std::size_t row, std::size_t column) const {
+    return fields_[row * names_.size() + column];
+  }
+  /// Throws ToolError (line) where the field is no finite number.
+  double number(std::size_t row, std::size_t column) const;
+  /// The same, infinity and NaN allowed.
+  double any_number(std::size_t row, std::size_t column) const;
 
  private:
+  std::string mend_or(const char* otherwise) const { return mend_.empty() ? otherwise : mend_; }
+  [[noreturn]] void refuse(std::size_t row, std::size_t column) const;
+
   std::filesystem::path path_;
-  std::vector<std::string> names_;
-  std::vector<NumberRow> rows_;
+  std::string mend_;
+  std::vector<std::uint8_t> text_;
+  std::vector<std::string_view> names_;
+  std::vector<std::string_view> fields_;  ///< row by row
+  std::vector<int> lines_;                ///< of each row
 };
 
 }  // namespace cairn::ground

@@ -17,6 +17,14 @@ Interval wilson(std::size_t hits, std::size_t n) {
   return {std::max(0.0, (middle - half) / scale), std::min(1.0, (middle + half) / scale)};
 }
 
+double median(std::vector<double> values) {
+  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
+  const auto upper = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), upper, values.end());
+  if (values.size() % 2 == 1) return *upper;
+  return 0.5 * (*std::max_element(values.begin(), upper) + *upper);
+}
+
 Median median_of(std::vector<double> values) {
   values.erase(std::remove_if(values.begin(), values.end(), [](double v) { return std::isnan(v); }),
                values.end());
@@ -35,7 +43,7 @@ Median median_of(std::vector<double> values) {
     if (below > 0.025) break;
     rank = r;
   }
-  return {0.5 * (values[(n - 1) / 2] + values[n / 2]), {values[rank - 1], values[n - rank]}, n};
+  return {median(values), {values[rank - 1], values[n - rank]}, n};
 }
 
 }  // namespace cairn::ground

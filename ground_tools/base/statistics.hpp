@@ -15,6 +15,9 @@ struct Interval {
 /// no case or every case counts. n = 0: 0 .. 1. Asks for hits <= n.
 Interval wilson(std::size_t hits, std::size_t n);
 
+/// The middle value, or the mean of the two in the middle; NaN of none. Values must not be NaN.
+double median(std::vector<double> values);
+
 struct Median {
   double value = 0.0;
   Interval interval;

@@ -134,7 +134,7 @@ void print_findings(const std::vector<Trial>& trials) {
   std::vector<double> path_m;
   for (const Trial& t : trials) path_m.push_back(t.path_m);
   fmt::print("\n{} drives of {:.1f} m (median), seeds {} to {}; medians and shares with 95 % intervals{}\n",
-             all.trials, median_of(path_m).value, trials.front().setup.seed, trials.back().setup.seed,
+             all.trials, median(path_m), trials.front().setup.seed, trials.back().setup.seed,
              all.trials < 6 ? " (of fewer than 6 drives: their range)" : "");
   fmt::print("  {:<28}  {:<34}  {}\n", "", "VO as it is", "VO made worse");
   for (const Figure& f : kFigures) {

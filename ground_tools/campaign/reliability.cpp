@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "cmap/cmap_file.hpp"
@@ -23,52 +23,7 @@ using nlohmann::ordered_json;
 constexpr double kCell_m = 0.1;  // of the swept ground
 constexpr int kBins = 10;
 constexpr int kResamples = 1000;
-
-/// A CSV table of words under a line of names.
-class WordTable {
- public:
-  explicit WordTable(const fs::path& path) : path_(path) {
-    const std::vector<std::uint8_t> bytes = read_file(path);
-    std::istringstream lines(std::string(bytes.begin(), bytes.end()));
-    std::string line;
-    while (std::getline(lines, line)) {
-      std::vector<std::string> words;
-      std::istringstream fields(line);
-      std::string word;
-      while (std::getline(fields, word, ',')) words.push_back(word);
-      if (names_.empty()) {
-        names_ = words;
-      } else if (words.size() == names_.size()) {
-        rows_.push_back(words);
-      } else {
-        throw ToolError(
-            "{}:{}: is damaged; remove the trial's folder and its line in trials.csv, and run again",
-            path.string(), rows_.size() + 2);
-      }
-    }
-  }
-
-  std::size_t size() const { return rows_.size(); }
-  const std::string& word(std::size_t row, const char* name) const {
-    const auto at = std::find(names_.begin(), names_.end(), name);
-    if (at == names_.end())
-      throw ToolError("{}: has no column '{}'; run the trial again", path_.string(), name);
-    return rows_[row][static_cast<std::size_t>(at - names_.begin())];
-  }
-  double number(std::size_t row, const char* name) const {
-    try {
-      return std::stod(word(row, name));
-    } catch (const std::exception&) {
-      throw ToolError("{}:{}: '{}' is no number; run the trial again", path_.string(), row + 2,
-                      word(row, name));
-    }
-  }
-
- private:
-  fs::path path_;
-  std::vector<std::string> names_;
-  std::vector<std::vector<std::string>> rows_;
-};
+constexpr const char* kMend = "remove the trial's folder and its line in trials.csv, and run again";
 
 /// Frames from the snapshot of a fix to its correction.
 std::size_t frames_to_apply() {
@@ -81,20 +36,22 @@ std::size_t frames_to_apply() {
   return static_cast<std::size_t>(apply - begin);
 }
 
-std::vector<ForecastFix> fixes_of(const Forecast& made, const WordTable& table, std::uint64_t seed) {
+std::vector<ForecastFix> fixes_of(const Forecast& made, const CsvTable& table, std::uint64_t seed) {
   std::map<std::size_t, const FixStation*> stations;
   for (const FixStation& s : made.stations) stations[s.frame + frames_to_apply()] = &s;
   std::vector<ForecastFix> fixes;
+  const std::size_t frame = table.column("frame"), vo = table.column("vo"), status = table.column("status");
+  const std::size_t before = table.column("before_m"), after = table.column("after_m");
   for (std::size_t row = 0; row < table.size(); ++row) {
-    const auto at = stations.find(static_cast<std::size_t>(table.number(row, "frame")));
+    const auto at = stations.find(static_cast<std::size_t>(table.number(row, frame)));
     if (at == stations.end()) continue;
     ForecastFix fix;
     fix.seed = seed;
-    fix.vo = table.word(row, "vo");
+    fix.vo = table.word(row, vo);
     fix.forecast = *at->second;
-    fix.applied = table.word(row, "status") == "applied";
-    fix.after_m = table.number(row, "after_m");
-    fix.verdict = judge_fix(fix.applied, table.number(row, "before_m"), fix.after_m);
+    fix.applied = table.word(row, status) == "applied";
+    fix.after_m = table.any_number(row, after);
+    fix.verdict = judge_fix(fix.applied, table.any_number(row, before), fix.after_m);
     fixes.push_back(fix);
   }
   return fixes;
@@ -139,7 +96,7 @@ class Pairing {
 double robust_sigma(std::vector<double> values, double otherwise) {
   if (values.empty()) return otherwise;
   for (double& v : values) v = std::fabs(v);
-  return median_of(values).value / 0.67448975;
+  return median(values) / 0.67448975;
 }
 
 bool happened(const ForecastFix& fix, FixEvent event) {
@@ -277,7 +234,7 @@ DriveEvidence evidence_of(const ForecastModel& model, const std::vector<TableBou
   for (int axis = 0; axis < 2; ++axis) {
     std::vector<double> along;
     for (const Vec2& r : residuals_m) along.push_back(r[axis]);
-    const double common_m = median_of(along).value;
+    const double common_m = median(along);
     evidence.common_m.push_back(common_m);
     for (const double r : along) evidence.pair_m.push_back(r - common_m);
   }
@@ -294,19 +251,22 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
   const CmapContent map = decode_cmap(read_file(map_file), map_file.string());
   const std::vector<PathPoint> drive = sim::plan(sim::load_scene(folder / "scene.toml"));
   TrialForecast trial;
-  const WordTable fixes(folder / "fixes.csv");
+  const CsvTable fixes(folder / "fixes.csv", kMend);
   trial.fixes =
       fixes_of(forecast(model_for(model, map.boulders, map.extent), map.boulders, drive), fixes, seed);
   if (!fs::exists(folder / "seen.csv", ignored)) return trial;
   LocalMaps snapshots;
   for (std::size_t row = 0; row < fixes.size(); ++row) {
-    const auto frame = static_cast<std::size_t>(fixes.number(row, "frame"));
-    if (frame >= frames_to_apply()) snapshots[{fixes.word(row, "vo"), frame - frames_to_apply()}];
+    const auto frame = static_cast<std::size_t>(fixes.number(row, fixes.column("frame")));
+    if (frame < frames_to_apply()) continue;
+    snapshots[{std::string(fixes.word(row, fixes.column("vo"))), frame - frames_to_apply()}];
   }
-  const WordTable seen(folder / "seen.csv");
+  const CsvTable seen(folder / "seen.csv", kMend);
+  const std::size_t vo = seen.column("vo"), snapshot = seen.column("snapshot");
+  const std::size_t x = seen.column("x_m"), y = seen.column("y_m");
   for (std::size_t row = 0; row < seen.size(); ++row) {
-    const auto at = static_cast<std::size_t>(seen.number(row, "snapshot"));
-    snapshots[{seen.word(row, "vo"), at}].emplace_back(seen.number(row, "x_m"), seen.number(row, "y_m"));
+    const auto at = static_cast<std::size_t>(seen.number(row, snapshot));
+    snapshots[{std::string(seen.word(row, vo)), at}].emplace_back(seen.number(row, x), seen.number(row, y));
   }
   trial.evidence = evidence_of(model, map.boulders, drive, snapshots);
   trial.evidence.boulders = map.boulders;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "mission_cfg.hpp"
@@ -68,13 +69,9 @@ bool read_number(const std::string& text, bool may_be_empty, double& value) {
     value = std::numeric_limits<double>::quiet_NaN();
     return may_be_empty;
   }
-  try {
-    std::size_t used = 0;
-    value = std::stod(text, &used);
-    return used == text.size() && std::isfinite(value);
-  } catch (const std::exception&) {
-    return false;
-  }
+  const std::optional<double> number = to_finite(text);
+  value = number.value_or(0.0);
+  return number.has_value();
 }
 
 /// The numbers of `text`, ",1,2,3"; false where one is no number, missing or too much.

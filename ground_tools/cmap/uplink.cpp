@@ -6,8 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "base/number_table.hpp"
 #include "base/tool_error.hpp"
+#include "base/waypoints.hpp"
+#include "core/trig.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -246,17 +247,6 @@ void check(const UplinkParams& params) {
   if (params.tile_m != 0.0) within("--tile", params.tile_m, 0.1, 1e6);
 }
 
-void check(const PlannedPath& path, const MapExtent& mapped, const std::string& name) {
-  for (std::size_t i = 0; i < path.p_map_m.size(); ++i) {
-    const Vec2& p = path.p_map_m[i];
-    if (mapped.contains(p)) continue;
-    throw ToolError(
-        "way-point {} at ({:.3f}, {:.3f}) lies outside {}, which reaches from ({:.3f}, {:.3f}) to ({:.3f}, "
-        "{:.3f}); move it, or build a larger map",
-        i + 1, p.x(), p.y(), name, mapped.min_x_m, mapped.min_y_m, mapped.max_x_m, mapped.max_y_m);
-  }
-}
-
 /// The base's grid must be one that the map's cells fall on: else no tile would come out the same.
 void check_base(const CmapContent& map, const std::string& name, const BaseMap& base) {
   const CmapContent old = decode_cmap(base.bytes, base.name);
@@ -280,7 +270,7 @@ void check_base(const CmapContent& map, const std::string& name, const BaseMap& 
 }
 
 double corridor_area_m2(const PlannedPath& path, const UplinkParams& params) {
-  double area_m2 = 3.1416 * params.half_width_m * params.half_width_m;
+  double area_m2 = kPi * params.half_width_m * params.half_width_m;
   along_path(path, params, [&](const Vec2& a, const Vec2& b, double, double radius_m) {
     area_m2 += 2.0 * radius_m * (b - a).norm();
   });
@@ -300,26 +290,6 @@ PlannedPath path_of(const std::vector<Vec2>& p_map_m) {
   return path;
 }
 
-PlannedPath read_path(const std::filesystem::path& file) {
-  const CsvTable table(file);
-  const auto column = [&](const char* name, const char* in_metres) {
-    try {
-      return table.column(in_metres);
-    } catch (const ToolError&) {
-      return table.column(name);
-    }
-  };
-  const std::size_t x = column("x", "x_m");
-  const std::size_t y = column("y", "y_m");
-  std::vector<Vec2> points;
-  for (const NumberRow& row : table.rows()) points.emplace_back(row.values[x], row.values[y]);
-  PlannedPath path = path_of(points);
-  if (path.p_map_m.size() < 2)
-    throw ToolError("{}: has {} way-points; give two or more that differ", file.string(),
-                    path.p_map_m.size());
-  return path;
-}
-
 double reach_m(const UplinkParams& params, double s_m) {
   const double since_fix_m = params.fix_every_m > 0.0 ? std::fmod(s_m, params.fix_every_m) : s_m;
   return params.half_width_m + params.drift * since_fix_m;
@@ -329,7 +299,7 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
                  const UplinkParams& params, const std::optional<BaseMap>& base) {
   check(params);
   const CmapContent map = decode_cmap(map_bytes, name);
-  check(path, map.extent, name);
+  check_waypoints(path.p_map_m, map.extent, name);
   if (base) check_base(map, name, *base);
 
   Cut cut;

@@ -40,9 +40,6 @@ struct PlannedPath {
   double length_m() const { return s_m.empty() ? 0.0 : s_m.back(); }
 };
 
-/// From a CSV table with columns x and y (or x_m, y_m). Throws ToolError: cannot be read, not numbers, fewer
-/// than two different points.
-PlannedPath read_path(const std::filesystem::path& path);
 PlannedPath path_of(const std::vector<Vec2>& p_map_m);
 
 double reach_m(const UplinkParams& params, double s_m);

@@ -1,12 +1,12 @@
 #include "cmap/upload_packets.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <iterator>
 #include <limits>
 #include <numeric>
 
 #include "app/telecommand.hpp"
+#include "base/number_table.hpp"
 #include "base/tool_error.hpp"
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
@@ -87,21 +87,15 @@ std::vector<std::uint32_t> send_order(const Upload& upload, const std::vector<st
 std::vector<std::uint32_t> choose_chunks(const std::vector<std::uint32_t>& order, const std::string& list) {
   if (list.empty()) return order;
   std::vector<bool> chosen(order.size());
-  for (std::size_t at = 0; at <= list.size();) {
-    const std::size_t end = std::min(list.find(',', at), list.size());
-    const char* next = list.data() + at;
-    const char* last = list.data() + end;
-    std::size_t from = 0;
-    std::from_chars_result read = std::from_chars(next, last, from);
-    std::size_t to = from;
-    if (read.ec == std::errc() && read.ptr != last && *read.ptr == '-')
-      read = std::from_chars(read.ptr + 1, last, to);
-    if (read.ec != std::errc() || read.ptr != last || from > to || to >= order.size()) {
-      throw ToolError("--only: '{}' names no chunks of 0 to {}; give numbers as in 3,7-9",
-                      std::string(next, last), order.size() - 1);
+  for (const std::string_view range : split(list, ',')) {
+    const std::vector<std::string_view> ends = split(range, '-');
+    const std::optional<std::size_t> from = to_number<std::size_t>(ends.front());
+    const std::optional<std::size_t> to = to_number<std::size_t>(ends.back());
+    if (ends.size() > 2 || !from || !to || *from > *to || *to >= order.size()) {
+      throw ToolError("--only: '{}' does not name chunks of 0 to {}; give numbers as in 3,7-9", range,
+                      order.size() - 1);
     }
-    for (std::size_t n = from; n <= to; ++n) chosen[n] = true;
-    at = end + 1;
+    for (std::size_t n = *from; n <= *to; ++n) chosen[n] = true;
   }
   std::vector<std::uint32_t> kept;
   std::copy_if(order.begin(), order.end(), std::back_inserter(kept),

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/flight_app.hpp"
+#include "base/statistics.hpp"
 #include "base/tool_error.hpp"
 #include "commands/commands.hpp"
 #include "dataset/dataset.hpp"
@@ -29,12 +30,6 @@ struct Series {
   std::vector<double> ms;
   std::vector<double> mops;
 };
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0.0;
-  std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
-  return v[v.size() / 2];
-}
 
 double longest(const std::vector<double>& v) {
   return v.empty() ? 0.0 : *std::max_element(v.begin(), v.end());

@@ -9,13 +9,13 @@
 
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
+#include "base/waypoints.hpp"
 #include "cmap/cmap_file.hpp"
 #include "commands/cmd_map.hpp"
 #include "forecast/forecast.hpp"
 #include "forecast/forecast_files.hpp"
 #include "forecast/forecast_plot.hpp"
 #include "forecast/model_file.hpp"
-#include "forecast/route.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -57,7 +57,8 @@ ForecastModel model_of(const ForecastOptions& options, cmap::Method method) {
 }
 
 std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent& map) {
-  const std::vector<Vec2> waypoints = read_waypoints(options.path, map.extent, options.map.string());
+  const std::vector<Vec2> waypoints = read_waypoints(options.path);
+  check_waypoints(waypoints, map.extent, options.map.string());
   double length_m = 0.0;
   for (std::size_t i = 1; i < waypoints.size(); ++i) length_m += (waypoints[i] - waypoints[i - 1]).norm();
   if (length_m / options.step_m > kMostFrames) {

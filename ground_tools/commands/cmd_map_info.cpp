@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "base/output_file.hpp"
+#include "base/statistics.hpp"
 #include "base/tool_error.hpp"
 #include "commands/cmd_map.hpp"
 #include "commands/commands.hpp"
 #include "core/big_endian.hpp"
+#include "core/trig.hpp"
 #include "replay/status_names.hpp"
 
 namespace cairn::ground {
@@ -80,7 +82,7 @@ double position_limit_bits(const CmapContent& map) {
   const double rest = cells - count;
   if (!(count > 0.0) || !(rest > 0.0)) return 0.0;
   const double nats = count * std::log(cells / count) - rest * std::log1p(-count / cells) -
-                      0.5 * std::log(2.0 * 3.14159265358979323846 * count * rest / cells);
+                      0.5 * std::log(2.0 * kPi * count * rest / cells);
   return std::max(0.0, nats / std::log(2.0));
 }
 
@@ -98,8 +100,8 @@ Spread spread_of(const std::vector<TableBoulder>& boulders, const Value& value, 
     if (!zero_is_unknown || value(b) != 0.0) values.push_back(value(b));
   }
   if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  return {values.size(), values.front(), values[values.size() / 2], values.back()};
+  const auto [least, largest] = std::minmax_element(values.begin(), values.end());
+  return {values.size(), *least, median(values), *largest};
 }
 
 Json to_json(const Spread& s) {

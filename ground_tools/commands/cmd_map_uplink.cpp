@@ -6,6 +6,7 @@
 
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
+#include "base/waypoints.hpp"
 #include "cmap/uplink.hpp"
 #include "commands/cmd_map.hpp"
 
@@ -52,7 +53,7 @@ void print(const Cut& cut, const UplinkOptions& options) {
 }
 
 void uplink(const UplinkOptions& options) {
-  const PlannedPath path = read_path(options.path);
+  const PlannedPath path = path_of(read_waypoints(options.path));
   std::optional<BaseMap> base;
   if (!options.base.empty()) base = BaseMap{read_file(options.base), options.base.string()};
   const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, options.params, base);

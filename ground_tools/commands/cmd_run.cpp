@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/progress_line.hpp"
 #include "base/tool_error.hpp"
@@ -40,32 +41,15 @@ struct RunOptions {
   unsigned pictures = 4;
 };
 
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == separator) {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
 /// A finite number that fills the whole text.
-double number(const std::string& text, const std::string& option, const std::string& mend) {
-  try {
-    std::size_t used = 0;
-    const double value = std::stod(text, &used);
-    if (used == text.size() && std::isfinite(value)) return value;
-  } catch (const std::exception&) {
-  }
-  throw ToolError("{}: '{}' is no finite number; {}", option, text, mend);
+double number(std::string_view text, const std::string& option, const std::string& mend) {
+  if (const std::optional<double> value = to_finite(text)) return *value;
+  throw ToolError("{}: '{}' is not a finite number; {}", option, text, mend);
 }
 
 Pose3 parse_start(const std::string& text) {
   const std::string mend = "give x,y,z,roll,pitch,yaw of the rover in the map (metres, degrees)";
-  const std::vector<std::string> parts = split(text, ',');
+  const std::vector<std::string_view> parts = split(text, ',');
   if (parts.size() != 6) throw ToolError("--start: {} values; {}", parts.size(), mend);
   double v[6];
   for (std::size_t i = 0; i < 6; ++i) v[i] = number(parts[i], "--start", mend);
@@ -76,10 +60,10 @@ Pose3 parse_start(const std::string& text) {
 StepTrim parse_degrade(const std::string& text) {
   const std::string mend = "give scale=FACTOR and yaw=ANGLEdeg/m, as in scale=1.02,yaw=0.1deg/m";
   StepTrim trim;
-  for (const std::string& part : split(text, ',')) {
+  for (const std::string_view part : split(text, ',')) {
     const std::size_t equals = part.find('=');
-    const std::string key = part.substr(0, equals);
-    std::string value = equals == std::string::npos ? "" : part.substr(equals + 1);
+    const std::string_view key = part.substr(0, equals);
+    std::string_view value = equals == std::string_view::npos ? "" : part.substr(equals + 1);
     if (key == "scale") {
       trim.scale = number(value, "--degrade", mend);
     } else if (key == "yaw") {
@@ -88,7 +72,7 @@ StepTrim parse_degrade(const std::string& text) {
            {std::pair<std::string, double>{"deg/m", kRadPerDeg}, {"rad/m", 1.0}}) {
         if (value.size() > suffix.size() &&
             value.compare(value.size() - suffix.size(), suffix.size(), suffix) == 0) {
-          value.resize(value.size() - suffix.size());
+          value.remove_suffix(suffix.size());
           unit = factor;
           break;
         }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/output_file.hpp"
+#include "base/statistics.hpp"
 #include "base/tool_error.hpp"
 #include "commands/commands.hpp"
 
@@ -96,12 +97,6 @@ void add(const fs::path& folder, std::map<Key, Row>& table) {
     throw ToolError("{}: has no errors against truth; give runs of a drive whose truth is known",
                     (folder / "summary.json").string());
   }
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  const std::size_t n = v.size();
-  return n % 2 == 1 ? v[n / 2] : 0.5 * (v[n / 2 - 1] + v[n / 2]);
 }
 
 /// Median, with the range where there are several.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 
 #include "base/number_table.hpp"
@@ -57,10 +56,8 @@ Images list_images(const fs::path& folder) {
 }
 
 std::optional<int> whole_number(const std::string& text) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc() && end == text.data() + text.size() && value >= 0;
-  return whole ? std::optional<int>(value) : std::nullopt;
+  const std::optional<int> value = to_number<int>(text);
+  return value && *value >= 0 ? value : std::nullopt;
 }
 
 /// A 3x4 projection matrix, split: K [I | p], p = K^-1 times its last column = the frame's origin as the
@@ -103,10 +100,9 @@ std::vector<std::size_t> rows_of_frames(const fs::path& path, std::size_t rows,
 }
 
 /// A number that stands for a frame or a rock.
-int index_of(const fs::path& path, const NumberRow& row, std::size_t column) {
-  const double value = row.values.at(column);
+int index_of(const fs::path& path, int line, double value) {
   if (!(value >= 0.0 && value <= 1.0e9) || value != std::floor(value)) {
-    throw ToolError("{}:{}: {} is not a whole number from 0 to 1e9; mend this line", path.string(), row.line,
+    throw ToolError("{}:{}: {} is not a whole number from 0 to 1e9; correct this line", path.string(), line,
                     value);
   }
   return static_cast<int>(value);
@@ -252,7 +248,7 @@ void Dataset::read_stamps() {
       if (row.values.size() < 2) {
         throw ToolError("{}:{}: it wants the frame number and its stamp", by_number.string(), row.line);
       }
-      stamp_of[index_of(by_number, row, 0)] = seconds(row.values[1]);
+      stamp_of[index_of(by_number, row.line, row.values[0])] = seconds(row.values[1]);
     }
     for (Frame& frame : frames_) {
       const auto found = stamp_of.find(frame.number);
@@ -293,7 +289,7 @@ void Dataset::read_truth() {
          read_number_rows(rover, 8, "frame arc x y z yaw pitch roll (metres, degrees)")) {
       const std::vector<double>& v = row.values;
       const Attitude attitude{v[5] * kRadPerDeg, v[6] * kRadPerDeg, v[7] * kRadPerDeg};
-      truth_rover_[index_of(rover, row, 0)] = {quat_from_attitude(attitude), Vec3(v[2], v[3], v[4])};
+      truth_rover_[index_of(rover, row.line, v[0])] = {quat_from_attitude(attitude), Vec3(v[2], v[3], v[4])};
     }
   }
 
@@ -303,9 +299,10 @@ void Dataset::read_truth() {
     const std::size_t id = table.column("id"), x = table.column("x"), y = table.column("y");
     const std::size_t z = table.column("z_ground"), diameter = table.column("diameter"),
                       height = table.column("height");
-    for (const NumberRow& row : table.rows()) {
-      const std::vector<double>& v = row.values;
-      truth_rocks_.push_back({index_of(rocks, row, id), Vec2(v[x], v[y]), v[z], v[diameter], v[height]});
+    for (std::size_t row = 0; row < table.size(); ++row) {
+      const auto at = [&](std::size_t column) { return table.number(row, column); };
+      truth_rocks_.push_back(
+          {index_of(rocks, table.line(row), at(id)), Vec2(at(x), at(y)), at(z), at(diameter), at(height)});
     }
   }
 }

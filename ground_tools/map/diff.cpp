@@ -6,6 +6,8 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "base/statistics.hpp"
+
 namespace cairn::ground {
 namespace {
 
@@ -56,12 +58,6 @@ class Cells {
 
 auto place_key(const TableBoulder& b) {
   return std::make_tuple(b.p_map_m.y(), b.p_map_m.x(), b.diameter_m, b.confidence);
-}
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// Where the shifts of all pairs of boulders heap up.

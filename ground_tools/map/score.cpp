@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/statistics.hpp"
+
 namespace cairn::ground {
 namespace {
 
@@ -42,14 +44,6 @@ const TableBoulder* nearest_entry(const ByEast& entries, const TableBoulder& roc
   return nearest;
 }
 
-/// The upper one of an even number; 0 of none.
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 void score_recall(const ByEast& entries, const std::vector<TableBoulder>& truth, const MapExtent& extent,
                   const ScoreParams& params, MapScore& score) {
   std::vector<double> errors_m;
@@ -66,7 +60,7 @@ void score_recall(const ByEast& entries, const std::vector<TableBoulder>& truth,
     shift_m += shift;
   }
   if (errors_m.empty()) return;
-  score.median_error_m = median_of(errors_m);
+  score.median_error_m = median(errors_m);
   score.mean_shift_map_m = shift_m / static_cast<double>(errors_m.size());
 }
 
@@ -124,8 +118,10 @@ std::vector<SizeClass> score_by_size(const std::vector<TableBoulder>& entries,
       errors_m.push_back((nearest->p_map_m - rock.p_map_m).norm());
       ratios.push_back(nearest->diameter_m / rock.diameter_m);
     }
-    c.median_error_m = median_of(errors_m);
-    c.diameter_ratio = median_of(ratios);
+    if (c.found != 0) {
+      c.median_error_m = median(errors_m);
+      c.diameter_ratio = median(ratios);
+    }
     classes.push_back(c);
   }
   return classes;

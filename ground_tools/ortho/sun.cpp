@@ -2,36 +2,36 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string_view>
+#include <vector>
 
+#include "base/number_table.hpp"
 #include "base/tool_error.hpp"
 #include "core/trig.hpp"
 
 namespace cairn::ground {
 namespace {
 
-/// The whole of `text` as a number, spaces around it allowed; false where it is none.
-bool read_number(std::string_view text, double& value) {
-  const std::size_t first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return false;
-  text = text.substr(first, text.find_last_not_of(' ') - first + 1);
-  if (text.front() == '+') text.remove_prefix(1);
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size() && std::isfinite(value);
+/// A finite number, spaces around it allowed.
+std::optional<double> read_number(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+  return to_finite(text.substr(0, text.find_last_not_of(' ') + 1));
 }
 
 }  // namespace
 
 Sun parse_sun(const std::string& text, const std::string& what) {
-  const std::size_t comma = text.find(',');
-  double elevation_deg = 0.0;
-  double azimuth_deg = 0.0;
-  if (comma == std::string::npos || !read_number(std::string_view(text).substr(0, comma), elevation_deg) ||
-      !read_number(std::string_view(text).substr(comma + 1), azimuth_deg)) {
+  const std::vector<std::string_view> parts = split(text, ',');
+  const std::optional<double> elevation = read_number(parts.front());
+  const std::optional<double> azimuth = read_number(parts.back());
+  if (parts.size() != 2 || !elevation || !azimuth) {
     throw ToolError("{}: \"{}\" is not ELEVATION,AZIMUTH; give degrees as in 45,135", what, text);
   }
+  const double elevation_deg = *elevation;
+  double azimuth_deg = *azimuth;
   if (!(elevation_deg >= 1.0 && elevation_deg <= 90.0)) {
     throw ToolError("{}: elevation {} is out of range; choose 1 to 90 degrees", what, elevation_deg);
   }

@@ -1,10 +1,10 @@
 #include "profile/profile.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <map>
 #include <string_view>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "profile/function_name.hpp"
@@ -15,14 +15,8 @@ namespace {
 /// One line, field by field.
 class Line {
  public:
-  Line(const std::string& path, int number, std::string_view text) : path_(path), number_(number) {
-    std::size_t at = 0;
-    while (at <= text.size()) {
-      const std::size_t end = std::min(text.find('\t', at), text.size());
-      fields_.push_back(text.substr(at, end - at));
-      at = end + 1;
-    }
-  }
+  Line(const std::string& path, int number, std::string_view text)
+      : path_(path), number_(number), fields_(split(text, '\t')) {}
   std::string_view kind() const { return fields_.front(); }
   bool more() const { return next_ < fields_.size(); }
   std::string word() {
@@ -32,10 +26,9 @@ class Line {
   template <typename T>
   T number() {
     const std::string text = word();
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) fail("'" + text + "' is no number");
-    return value;
+    const std::optional<T> value = to_number<T>(text);
+    if (!value) fail("'" + text + "' is not a number");
+    return *value;
   }
   ProfileCost cost() {
     const auto instructions = number<std::uint64_t>();

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "dataset/trajectory.hpp"
-#include "report/text_table.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -71,11 +71,25 @@ std::vector<double> distances(const Trajectory& truth, const Trajectory& correct
   return distance;
 }
 
-ordered_json columns(const TextTable& table, std::initializer_list<const char*> words,
+CsvTable read_table(const fs::path& path) {
+  CsvTable table(path, "run `cairn run` again");
+  if (table.cut_off()) throw ToolError("{}: its last line is cut off; run `cairn run` again", path.string());
+  return table;
+}
+
+/// Columns by name; numbers are rounded to 1e-5, so that they take little room as text.
+ordered_json columns(const CsvTable& table, std::initializer_list<const char*> words,
                      std::initializer_list<const char*> numbers) {
   ordered_json json = ordered_json::object();
-  for (const char* name : words) json[name] = table.words(name);
-  for (const char* name : numbers) json[name] = table.numbers(name);
+  for (const char* name : words) {
+    ordered_json& out = json[name] = ordered_json::array();
+    for (std::size_t row = 0; row < table.size(); ++row) out.push_back(table.word(row, table.column(name)));
+  }
+  for (const char* name : numbers) {
+    ordered_json& out = json[name] = ordered_json::array();
+    for (std::size_t row = 0; row < table.size(); ++row)
+      out.push_back(std::round(table.any_number(row, table.column(name)) * 1.0e5) / 1.0e5);
+  }
   return json;
 }
 
@@ -150,7 +164,7 @@ ordered_json read_files(const fs::path& folder) {
         {"distance_m", along}, {"vo", curves(*vo_errors)}, {"corrected", curves(*corrected_errors)}};
   }
 
-  const TextTable frames(folder / "frames.csv");
+  const CsvTable frames = read_table(folder / "frames.csv");
   if (frames.size() != count) {
     throw ToolError("{}: has {} frames, but summary.json tells of {}; run `cairn run` again",
                     (folder / "frames.csv").string(), frames.size(), count);
@@ -160,12 +174,12 @@ ordered_json read_files(const fs::path& folder) {
                            "boulder_ms", "fix_ms", "ms"});
   run["frames"]["distance_m"] = distances(truth, corrected);
   run["fixes"] =
-      columns(TextTable(folder / "fixes.csv"), {"status"},
+      columns(read_table(folder / "fixes.csv"), {"status"},
               {"frame", "dx_m", "dy_m", "dyaw_deg", "pairs", "rms_m", "trimmed", "gated", "local_boulders",
                "map_boulders", "sigma_x_m", "sigma_y_m", "correlation_xy", "sigma_yaw_deg"});
   place_fixes(run, folder / "fixes.csv", truth, corrected);
-  run["ground"] = columns(TextTable(folder / "boulders.csv"), {}, {"id", "x", "y", "size", "sightings"});
-  run["orbital"] = columns(TextTable(folder / "orbital.csv"), {}, {"x_m", "y_m", "diameter_m"});
+  run["ground"] = columns(read_table(folder / "boulders.csv"), {}, {"id", "x", "y", "size", "sightings"});
+  run["orbital"] = columns(read_table(folder / "orbital.csv"), {}, {"x_m", "y_m", "diameter_m"});
   for (const char* key : {"ortho", "stride", "strips"}) run[key] = pictures.at(key);
   return run;
 }

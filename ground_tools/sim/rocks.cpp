@@ -6,12 +6,11 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "core/trig.hpp"
 #include "sim/hash_random.hpp"
 
 namespace cairn::ground::sim {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 // ---- shapes -----------------------------------------------------------------------------------------------
 

@@ -8,9 +8,9 @@
 #include <map>
 #include <string_view>
 
-#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
+#include "base/waypoints.hpp"
 #include "core/trig.hpp"
 #include "sim/traverse.hpp"
 
@@ -455,10 +455,7 @@ std::vector<Vec2> read_waypoints(Reader& reader) {
     std::filesystem::path path = file;
     const Layer& layer = reader.layer(found.layer);
     if (layer.is_file) path = std::filesystem::path(layer.name).parent_path() / path;
-    const CsvTable table(path);
-    const std::size_t x = table.column("x");
-    const std::size_t y = table.column("y");
-    for (const NumberRow& row : table.rows()) points.emplace_back(row.values[x], row.values[y]);
+    points = ground::read_waypoints(path);
   }
   if (points.size() < 2)
     reader.fail("waypoints", fmt::format("has {} points; it wants two or more", points.size()));

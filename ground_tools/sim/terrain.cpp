@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/trig.hpp"
 #include "sim/lattice_noise.hpp"
 
 namespace cairn::ground::sim {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kHillRatio = 0.4;  ///< height of an octave over that of the one twice as long
 constexpr double kShortestHill_m = 1.0;
 constexpr double kLongestLump_m = 0.48;

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "core/trig.hpp"
 #include "sim/lattice_noise.hpp"
 
 namespace cairn::ground::sim {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kLongest_m = 0.128;
 constexpr double kShortest_m = 0.004;
 constexpr int kOctaves = 6;

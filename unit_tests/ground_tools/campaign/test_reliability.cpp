@@ -157,9 +157,9 @@ void test_a_trial_is_read(void**) {
   assert_false(forecast_trial(mission_model(), folder, 7).has_value());
   fs::rename(folder / "away.csv", folder / "fixes.csv");
   write_file(folder / "seen.csv", "vo,snapshot,x_m,y_m,diameter_m,sightings\nas_it_is,24,1.0\n");
-  assert_refused(forecast_trial(mission_model(), folder, 7), "seen.csv:2: is damaged");
+  assert_refused(forecast_trial(mission_model(), folder, 7), "seen.csv:2: 3 fields under 6");
   write_file(folder / "seen.csv", "vo,snapshot,x_m,y_m,diameter_m,sightings\nas_it_is,24,a,1,1,1\n");
-  assert_refused(forecast_trial(mission_model(), folder, 7), "'a' is no number");
+  assert_refused(forecast_trial(mission_model(), folder, 7), "'a' in column 'x_m' is not a number");
   write_file(folder / "seen.csv", "vo,snapshot\nas_it_is,24\n");
   assert_refused(forecast_trial(mission_model(), folder, 7), "no column");
 }

@@ -91,20 +91,6 @@ void test_path(void**) {
   assert_int_equal(path.p_map_m.size(), 4);  // a point that is given twice counts once
   assert_near(path.s_m[1], std::sqrt(1700.0), 1e-9);
   assert_near(path.length_m(), std::sqrt(1700.0) + std::sqrt(2600.0) + 50.0, 1e-9);
-  const PlannedPath read =
-      read_path(scratch.file("path.csv", "name,y,x\n# a remark\n1,-480,1010\n2,-470,1050\n"));
-  assert_int_equal(read.p_map_m.size(), 2);
-  assert_near((read.p_map_m[1] - Vec2(1050, -470)).norm(), 0.0, 0.0);
-  assert_int_equal(read_path(scratch.file("path.csv", "x_m,y_m\n1,2\n3,4\n")).p_map_m.size(), 2);
-}
-
-void test_bad_paths(void**) {
-  assert_refused(read_path(scratch.path("nothing.csv")), "nothing.csv");
-  assert_refused(read_path(scratch.file("path.csv", "x,z\n1,2\n3,4\n")), "'y'");
-  assert_refused(read_path(scratch.file("path.csv", "x,y\n1,2\nnan,4\n")), "path.csv:3");
-  assert_refused(read_path(scratch.file("path.csv", "x,y\n1,2\n3\n")), "path.csv");
-  assert_refused(read_path(scratch.file("path.csv", "x,y\n")), "two or more");
-  assert_refused(read_path(scratch.file("path.csv", "x,y\n1,2\n1,2\n")), "two or more");
 }
 
 void test_reach_grows_and_starts_anew_at_fixes(void**) {
@@ -466,7 +452,6 @@ void test_report(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_path),
-      cmocka_unit_test(test_bad_paths),
       cmocka_unit_test(test_reach_grows_and_starts_anew_at_fixes),
       cmocka_unit_test(test_what_is_in_the_corridor),
       cmocka_unit_test(test_boulders_go_over_as_they_are),

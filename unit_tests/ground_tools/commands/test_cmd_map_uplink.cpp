@@ -90,7 +90,7 @@ void test_refusals(void**) {
   const std::string site = " " + scratch.path("site.cmap").string();
   const auto with = [&](const char* csv) { return site + " --path " + scratch.file("p.csv", csv).string(); };
   check_refused(site + " --path missing.csv", "missing.csv", "check the name");
-  check_refused(with("x,y\n1,1\n2,a\n"), "p.csv:3", "mend this line");
+  check_refused(with("x,y\n1,1\n2,a\n"), "p.csv:3", "correct or remove this line");
   check_refused(with("x,y\n1,1\n"), "p.csv", "two or more");
   check_refused(with("x,y\n1,1\n2000,1\n"), "way-point 2", "move it");
   check_refused(" " + scratch.path("path.csv").string() + " --path " + scratch.path("path.csv").string(),

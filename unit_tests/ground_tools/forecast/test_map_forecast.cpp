@@ -9,7 +9,6 @@
 #include "cmap/cmap_file.hpp"
 #include "forecast/forecast.hpp"
 #include "forecast/forecast_files.hpp"
-#include "forecast/route.hpp"
 #include "ground_tools/program.hpp"
 #include "support/noise.hpp"
 
@@ -66,16 +65,16 @@ void test_all_files(void**) {
   stations = summary["stations"].size();
   assert_int_equal(stations, summary["fixes"].get<std::size_t>());
   const CsvTable csv(out + "/forecast.csv");
-  assert_int_equal(csv.rows().size(), stations);
+  assert_int_equal(csv.size(), stations);
   double applied = 0.0;
   for (std::size_t i = 0; i < stations; ++i) {
-    const auto& row = csv.rows()[i].values;
+    const auto at = [&](const char* name) { return csv.number(i, csv.column(name)); };
     const json& s = summary["stations"][i];
-    assert_near(row[csv.column("arc_m")], s["arc_m"].get<double>(), 1e-9);
-    assert_near(row[csv.column("p_applied")], s["p_applied"].get<double>(), 1e-9);
-    assert_near(row[csv.column("before_along_m")], s["before"]["along_m"].get<double>(), 1e-9);
-    assert_near(row[csv.column("ellipse_azimuth_deg")], s["ellipse"]["azimuth_deg"].get<double>(), 1e-9);
-    assert_near(row[csv.column("blind")], s["blind"].get<bool>() ? 1.0 : 0.0, 0.0);
+    assert_near(at("arc_m"), s["arc_m"].get<double>(), 1e-9);
+    assert_near(at("p_applied"), s["p_applied"].get<double>(), 1e-9);
+    assert_near(at("before_along_m"), s["before"]["along_m"].get<double>(), 1e-9);
+    assert_near(at("ellipse_azimuth_deg"), s["ellipse"]["azimuth_deg"].get<double>(), 1e-9);
+    assert_near(at("blind"), s["blind"].get<bool>() ? 1.0 : 0.0, 0.0);
     applied += s["p_applied"].get<double>();
   }
   assert_near(summary["expected_applied"].get<double>(), applied, 0.02);
@@ -124,7 +123,7 @@ void test_single_files_and_json(void**) {
   const json told = json::parse(text_of(scratch.path("stdout")));
   assert_near(told["length_m"].get<double>(), 11.0, 0.061);
   assert_true(std::filesystem::exists(scratch.path("a.svg")));
-  assert_int_equal(CsvTable(scratch.path("a.csv")).rows().size(), told["fixes"].get<std::size_t>());
+  assert_int_equal(CsvTable(scratch.path("a.csv")).size(), told["fixes"].get<std::size_t>());
   assert_false(json::parse(text_of(scratch.path("a.geojson"))).contains("crs"));
   // A model file, then an option that replaces a part of it.
   const std::string model =
@@ -137,27 +136,6 @@ void test_single_files_and_json(void**) {
   assert_near(other["model"]["clutter_per_m2"].get<double>(), 0.7, 0.0);
   assert_near(other["model"]["detection"]["most"].get<double>(), 0.3, 0.0);
   assert_true(other["expected_applied"].get<double>() < told["expected_applied"].get<double>());
-}
-
-void test_bad_ways(void**) {
-  const MapExtent extent{0.0, 0.0, 30.0, 20.0};
-  const auto refused = [&extent](const char* text, const char* word) {
-    static std::filesystem::path file;
-    file = scratch.file("bad.csv", text);
-    assert_refused(read_waypoints(file, extent, "site.cmap"), word);
-    assert_refused(read_waypoints(file, extent, "site.cmap"), "bad.csv");
-  };
-  refused("", "empty");
-  refused("x,y\n", "holds 0 way-points");
-  refused("x,y\n1,1\n", "holds 1 way-point;");
-  refused("1,1\n2,2\n", "no column 'x'");
-  refused("x,z\n1,1\n2,2\n", "no column 'y'");
-  refused("x,y\n1,1\n2,north\n", ":3: 'north' is not a finite number");
-  refused("x,y\n1,1\n2,nan\n", ":3:");
-  refused("x,y\n1,1\n2\n", ":3:");
-  refused("x,y\n1,1\n1,1\n", ":3: the same point");
-  refused("x,y\n1,1\n31,2\n", ":3: (31, 2) lies outside site.cmap");
-  assert_refused(read_waypoints(scratch.path("not_there.csv"), extent, "site.cmap"), "not_there.csv");
 }
 
 void test_refusals_of_the_command(void**) {
@@ -184,7 +162,6 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_all_files),
       cmocka_unit_test(test_single_files_and_json),
-      cmocka_unit_test(test_bad_ways),
       cmocka_unit_test(test_refusals_of_the_command),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

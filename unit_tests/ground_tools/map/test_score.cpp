@@ -41,7 +41,7 @@ void test_counted_by_hand(void**) {
   assert_int_equal(s.right, 3);
   assert_near(s.recall(), 2.0 / 3.0, 1e-12);
   assert_near(s.precision(), 0.6, 1e-12);
-  assert_near(s.median_error_m, 0.45, 1e-12);
+  assert_near(s.median_error_m, 0.25, 1e-12);
   assert_near(s.mean_shift_map_m.x(), 0.025, 1e-12);
   assert_near(s.mean_shift_map_m.y(), 0.225, 1e-12);
   // sun in the north, south, east, and in between

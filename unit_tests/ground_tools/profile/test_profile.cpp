@@ -148,7 +148,7 @@ void test_refuses_bad_profiles(void**) {
   refuse("function\t1\n", "is no profile");
   refuse("cairn-profile\t2\n", "is no profile");
   refuse(kHead + kFunctions + kNodes + kSpans, "cut off");
-  refuse(kHead + kFunctions + "node\t0\t0\t0\t0\tx\t0\t0\t0\t0\n", "'x' is no number");
+  refuse(kHead + kFunctions + "node\t0\t0\t0\t0\tx\t0\t0\t0\t0\n", "'x' is not a number");
   refuse(kHead + kFunctions + "node\t0\t0\t0\t0\n", "too short");
   refuse(kHead + kFunctions + "node\t1\t0\t0\t0\t0\t0\t0\t0\t0\n", "out of order");
   refuse(kHead + kFunctions + kNodes + "node\t6\t9\t1\t1\t1\t1\t0\t0\t0\n", "comes before");

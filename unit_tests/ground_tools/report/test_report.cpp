@@ -7,11 +7,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "core/eigen.hpp"
 #include "ground_tools/program.hpp"
 #include "report/run_folder.hpp"
-#include "report/text_table.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
@@ -262,13 +262,14 @@ void test_a_run_of_the_sample(void**) {
   }
   assert_true(boulder_ms > 0.25 * ms);  // half of it on every machine seen; less tells of time booked to VO
   // sigma_xy is the root of the mean variance.
-  const TextTable fixes(out / "fixes.csv");
+  const CsvTable fixes(out / "fixes.csv");
   assert_int_equal(fixes.size(), 1);
-  assert_string_equal(fixes.words("status")[0].c_str(), "applied");
-  const double sx = fixes.numbers("sigma_x_m")[0];
-  const double sy = fixes.numbers("sigma_y_m")[0];
-  assert_true(std::fabs(std::sqrt(0.5 * (sx * sx + sy * sy)) - fixes.numbers("sigma_xy_m")[0]) < 2.0e-5);
-  assert_true(std::fabs(fixes.numbers("correlation_xy")[0]) <= 1.0);
+  assert_true(fixes.word(0, fixes.column("status")) == "applied");
+  const auto number = [&](const char* name) { return fixes.number(0, fixes.column(name)); };
+  const double sx = number("sigma_x_m");
+  const double sy = number("sigma_y_m");
+  assert_true(std::fabs(std::sqrt(0.5 * (sx * sx + sy * sy)) - number("sigma_xy_m")) < 2.0e-5);
+  assert_true(std::fabs(number("correlation_xy")) <= 1.0);
 
   assert_int_equal(run.at("strips").size(), 2);
   const ordered_json& strip = run.at("strips").at(1);  // chosen: 7 and 22

@@ -286,7 +286,7 @@ void test_waypoints(void**) {
   scratch.file("bad.csv", "x,y\n10,-10\n20,b\n");
   refused(kind + "waypoints = 'bad.csv'\n", {"bad.csv:3"});
   scratch.file("columns.csv", "a,b\n10,-10\n");
-  refused(kind + "waypoints = 'columns.csv'\n", {"columns.csv", "'x'"});
+  refused(kind + "waypoints = 'columns.csv'\n", {"columns.csv", "no column 'x_m' or 'x'"});
 }
 
 void test_refuses_what_is_no_scene(void**) {

@@ -1,0 +1,37 @@
+#include "base/waypoints.hpp"
+
+#include "base/number_table.hpp"
+#include "base/tool_error.hpp"
+
+namespace cairn::ground {
+
+std::vector<Vec2> read_waypoints(const std::filesystem::path& path) {
+  const CsvTable table(path);
+  const std::size_t x = table.column({"x_m", "x"});
+  const std::size_t y = table.column({"y_m", "y"});
+  std::vector<Vec2> points;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    const Vec2 p(table.number(row, x), table.number(row, y));
+    if (!points.empty() && (p - points.back()).norm() < 1.0e-3)
+      throw ToolError("{}:{}: the same point as the one before it; remove it", path.string(),
+                      table.line(row));
+    points.push_back(p);
+  }
+  if (points.size() < 2)
+    throw ToolError("{}: has {} way-point{}; a drive needs two or more", path.string(), points.size(),
+                    points.size() == 1 ? "" : "s");
+  return points;
+}
+
+void check_waypoints(const std::vector<Vec2>& p_map_m, const MapExtent& extent, const std::string& map_name) {
+  for (std::size_t i = 0; i < p_map_m.size(); ++i) {
+    const Vec2& p = p_map_m[i];
+    if (extent.contains(p)) continue;
+    throw ToolError(
+        "way-point {} at ({:.3f}, {:.3f}) lies outside {}, which reaches from ({:.3f}, {:.3f}) to ({:.3f}, "
+        "{:.3f}); move it, or give a map of this drive",
+        i + 1, p.x(), p.y(), map_name, extent.min_x_m, extent.min_y_m, extent.max_x_m, extent.max_y_m);
+  }
+}
+
+}  // namespace cairn::ground
