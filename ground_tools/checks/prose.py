@@ -130,8 +130,8 @@ class Tree:
 def check(root):
     tree, faults, pages = Tree(root), [], 0
     for path in tree.files:
-        if not os.path.isfile(os.path.join(root, path)) or path == "ground_tools/checks/prose.py":
-            continue
+        if not os.path.isfile(os.path.join(root, path)) or path.startswith("ground_tools/checks/"):
+            continue  # checks name what is not there, to be seen
         if path.endswith(".md"):
             pages += 1
             found = tree.faults_of_page(path)

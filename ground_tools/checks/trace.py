@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Traceability: every requirement has a test, and every test that is named exists and runs.
+"""Traceability: every requirement has a source and a test; sources are there, tests exist and run.
 
 usage: trace.py [ROOT]       reads ROOT/doc/requirements.csv (columns id, requirement, source, tests)
        trace.py --self-test
 
-`tests` holds names `unit_tests/<module>/test_<file>.cpp:test_<function>`, or `check-<name>` for one of `make check` that has
+`source` holds sections of the paper (`METHOD B.2`) and pages of doc/, with a heading where one is meant (`DESIGN.md#memory`),
+separated by `; `. `tests` holds names `unit_tests/<module>/test_<file>.cpp:test_<function>`, or `check-<name>` for one of `make check` that has
 violations planted for it, separated by blanks.
 """
 import csv
@@ -13,7 +14,10 @@ import re
 import sys
 import tempfile
 
+import prose
+
 COLUMNS = ["id", "requirement", "source", "tests"]
+PAPER = re.compile(r"METHOD (A|B\.1|B\.2|C|IV)")
 
 
 def check_fault(root, name):
@@ -28,6 +32,21 @@ def check_fault(root, name):
         lists = re.findall(r"^(?:PROOFS|OF_TEXT)\s*:=(.*)$", file.read(), re.MULTILINE)
     if name not in " ".join(lists).split():
         return f"{script} is not among PROOFS or OF_TEXT of the Makefile: it never runs"
+    return None
+
+
+def source_fault(root, source):
+    if PAPER.fullmatch(source):
+        return None
+    path, _, heading = source.partition("#")
+    page = os.path.join(root, "doc", path)
+    if not re.fullmatch(r"[\w/-]+\.md", path):
+        return f"'{source}' is neither a section of the paper nor a page of doc/"
+    if not os.path.isfile(page):
+        return f"no page doc/{path}"
+    with open(page, encoding="utf-8") as file:
+        if heading and heading not in prose.anchors(file.read()):
+            return f"no heading '{heading}' in doc/{path}"
     return None
 
 
@@ -69,6 +88,8 @@ def check(root):
             for column in ("requirement", "source"):
                 if not row[column].strip():
                     faults.append(f"{where}: no {column}")
+            sources = row["source"].split("; ") if row["source"].strip() else []
+            faults.extend(f"{where}: {fault}" for fault in (source_fault(root, s) for s in sources) if fault)
             names = row["tests"].split()
             tests += len(names)
             if not names:
@@ -81,29 +102,36 @@ def check(root):
 
 def self_test():
     head = ",".join(COLUMNS) + "\n"
-    good = 'R1,"x, y",METHOD,unit_tests/a/test_a.cpp:test_one\n'
+    good = 'R1,"x, y",METHOD B.2,unit_tests/a/test_a.cpp:test_one\n'
     planted = {
         head + good: None,
-        head + good + "R2,x,s,unit_tests/a/test_a.cpp:test_one unit_tests/a/test_a.cpp:test_one\n": None,
+        head + good + "R2,x,METHOD A,unit_tests/a/test_a.cpp:test_one unit_tests/a/test_a.cpp:test_one\n": None,
         head: "no requirement",
         "id,tests\n": "first line",
         head + good + good: "taken",
-        head + "R1,x,s,\n": "no test",
+        head + "R1,x,METHOD A,\n": "no test",
+        head + good.replace("METHOD B.2", "A.md; A.md#one; METHOD IV"): None,
+        head + good.replace("METHOD B.2", "METHOD D"): "neither",
+        head + good.replace("METHOD B.2", "issue 7"): "neither",
+        head + good.replace("METHOD B.2", "METHOD A; B.md"): "no page doc/B.md",
+        head + good.replace("METHOD B.2", "A.md#two"): "no heading 'two' in doc/A.md",
         head + "R1,x,,unit_tests/a/test_a.cpp:test_one\n": "no source",
-        head + "R1,x,s\n": "columns",
-        head + "R1,x,s,t,u\n": "columns",
-        head + "R1,x,s,unit_tests/a/test_b.cpp:test_one\n": "no file",
-        head + "R1,x,s,unit_tests/a/test_a.cpp:test_two\n": "no function",
-        head + "R1,x,s,unit_tests/a/test_a.cpp:test_idle\n": "never runs",
-        head + "R1,x,s,unit_tests/a/test_a.cpp\n": "is not unit_tests",
-        head + "R1,x,s,check-one check-two\n": None,
-        head + "R1,x,s,check-three\n": "no ground_tools/checks/three.py",
-        head + "R1,x,s,check-idle\n": "never runs",
-        head + "R1,x,s,check-blind\n": "no --self-test",
+        head + "R1,x,METHOD A\n": "columns",
+        head + "R1,x,METHOD A,t,u\n": "columns",
+        head + "R1,x,METHOD A,unit_tests/a/test_b.cpp:test_one\n": "no file",
+        head + "R1,x,METHOD A,unit_tests/a/test_a.cpp:test_two\n": "no function",
+        head + "R1,x,METHOD A,unit_tests/a/test_a.cpp:test_idle\n": "never runs",
+        head + "R1,x,METHOD A,unit_tests/a/test_a.cpp\n": "is not unit_tests",
+        head + "R1,x,METHOD A,check-one check-two\n": None,
+        head + "R1,x,METHOD A,check-three\n": "no ground_tools/checks/three.py",
+        head + "R1,x,METHOD A,check-idle\n": "never runs",
+        head + "R1,x,METHOD A,check-blind\n": "no --self-test",
     }
     with tempfile.TemporaryDirectory() as root:
         assert check(root)[0], "no table is a fault"
         os.makedirs(os.path.join(root, "doc"))
+        with open(os.path.join(root, "doc", "A.md"), "w", encoding="utf-8") as file:
+            file.write("# One\n")
         os.makedirs(os.path.join(root, "unit_tests", "a"))
         with open(os.path.join(root, "unit_tests", "a", "test_a.cpp"), "w", encoding="utf-8") as file:
             file.write("void test_one(void**) {}\nvoid test_idle(void**) {}\nx = {cmocka_unit_test(test_one)};\n")
