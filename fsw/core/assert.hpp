@@ -1,7 +1,8 @@
 /// Software-integrity assertions. Stay on in flight.
 ///
 /// A fault in data (camera, map, command, prior) is a status of the module that met it and never an assert;
-/// an assert means that our own code is wrong. The platform supplies the one handler.
+/// an assert means that our own code is wrong. The platform supplies the one handler. A condition has no side
+/// effect: clang-tidy sees to it.
 #pragma once
 
 namespace cairn {

@@ -1,7 +1,8 @@
 /// A vector with its memory inside and a capacity fixed at compile time.
 ///
-/// A full vector is a returned `false` that the caller counts, never an assert: how many boulders or features
-/// there are depends on data. An index out of range is our fault and asserts.
+/// Where data decide how much comes, `push_back` into a full vector is a returned `false` that the caller counts.
+/// Where we have made sure that there is room, `append` says so, and asserts. An index out of range is our fault
+/// and asserts.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +22,10 @@ class FixedVector {
     if (size_ == Capacity) return false;
     items_[size_++] = value;
     return true;
+  }
+  void append(const T& value) {
+    const bool fits = push_back(value);
+    CAIRN_ASSERT(fits);
   }
   void clear() { size_ = 0; }
   /// Shortens to `size` items, or lengthens with items of unspecified (old) content.

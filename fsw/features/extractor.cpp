@@ -95,8 +95,7 @@ Progress FeatureExtractor::step(WorkBudget& budget) {
   while (described_ < set_.features.size()) {
     if (!budget.take(kDescriptorOps)) return Progress::kMore;
     const Feature& f = set_.features[described_++];
-    const bool fits = set_.descriptors.push_back(describe(smooth(), f.iu, f.iv));
-    CAIRN_ASSERT(fits);
+    set_.descriptors.append(describe(smooth(), f.iu, f.iv));
   }
   status_ = set_.features.size() < kMinFeatures ? ExtractStatus::kFewFeatures : ExtractStatus::kFeatures;
   return Progress::kDone;

@@ -189,8 +189,7 @@ std::uint32_t StereoProbeJob::probe(int u, int v, const Range& range) {
   last_d_ = s.best.d;
   StereoProbe found = {static_cast<std::int16_t>(u), static_cast<std::int16_t>(v), 0.0F};
   if (judge(s, range, found.d_px)) {
-    const bool fits = probes_.push_back(found);
-    CAIRN_ASSERT(fits);
+    probes_.append(found);
   }
   return s.cost;
 }

@@ -142,7 +142,7 @@ void ClusteringJob::number_clusters() {
       ++result_.clusters;
     }
     tally_[number] = 0;
-    CAIRN_ASSERT(result_.cluster_of.push_back(number));
+    result_.cluster_of.append(number);
   }
   cursor_ = 1;
   phase_ = Phase::kLabels;

@@ -133,7 +133,7 @@ void EvidenceJob::gather_ground(const RegionBox& widened, std::uint8_t label) {
   for (std::size_t i = first_at_or_below(widened.v_min); i < end; ++i) {
     const SurfacePoint& p = (*points_)[i];
     if (p.label == label || p.u < widened.u_min || p.u > widened.u_max) continue;
-    CAIRN_ASSERT(ground_.push_back(static_cast<std::uint16_t>(i)));
+    ground_.append(static_cast<std::uint16_t>(i));
   }
 }
 

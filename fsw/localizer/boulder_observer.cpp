@@ -106,8 +106,7 @@ void BoulderObserver::lift(const StereoProbe& probe) {
   point.u = probe.u;
   point.v = probe.v;
   point.label = segmentation_.labels().label_at(px.u_left, px.v_left);
-  const bool fits = surface_.push_back(point);
-  CAIRN_ASSERT(fits);
+  surface_.append(point);
 }
 
 void BoulderObserver::begin_evidence() {
@@ -115,10 +114,8 @@ void BoulderObserver::begin_evidence() {
   counts_.regions = static_cast<int>(segmentation_.regions().size());
   boxes_.clear();
   for (const Region& r : segmentation_.regions()) {
-    const bool fits = boxes_.push_back(
-        {r.label, static_cast<std::int16_t>(r.u_min_px), static_cast<std::int16_t>(r.u_max_px),
-         static_cast<std::int16_t>(r.v_min_px), static_cast<std::int16_t>(r.v_max_px)});
-    CAIRN_ASSERT(fits);
+    boxes_.append({r.label, static_cast<std::int16_t>(r.u_min_px), static_cast<std::int16_t>(r.u_max_px),
+                   static_cast<std::int16_t>(r.v_min_px), static_cast<std::int16_t>(r.v_max_px)});
   }
   if (evidence_.start(params_.evidence, boxes_, surface_) != EvidenceStatus::kRunning) {
     finish(ObserveStatus::kNoPoints);
@@ -231,9 +228,12 @@ void BoulderObserver::begin_vote() {
       continue;
     const std::uint8_t now = grid_[static_cast<int>(px.v_left) / StereoProbeJob::kSpacing * kGridColumns +
                                    static_cast<int>(px.u_left) / StereoProbeJob::kSpacing];
-    if (now != 0 && !voting_.add_vote(m.sighting, now)) CAIRN_ASSERT(false);
+    if (now == 0) continue;
+    const bool voted = voting_.add_vote(m.sighting, now);
+    CAIRN_ASSERT(voted);
   }
-  if (voting_.associate() == VotingStatus::kBadInput) CAIRN_ASSERT(false);
+  const VotingStatus begun = voting_.associate();
+  CAIRN_ASSERT(begun != VotingStatus::kBadInput);
 }
 
 void BoulderObserver::finish(ObserveStatus status) {
@@ -247,7 +247,7 @@ void BoulderObserver::finish(ObserveStatus status) {
   last_sightings_ = static_cast<int>(sightings_.size());
   for (std::size_t i = 0; i < raised_.size(); ++i) {
     const std::uint8_t sighting = sighting_of_[clustering_.result().cluster_of[i]];
-    if (sighting != 0 && !last_members_.push_back({raised_[i].p_m, sighting})) CAIRN_ASSERT(false);
+    if (sighting != 0) last_members_.append({raised_[i].p_m, sighting});
   }
 }
 

@@ -96,8 +96,7 @@ void MapReader::boulder_unit(Chunk& out) {
   for (unsigned i = 0; i < given && step != cmap::TileStep::kCorrupt; ++i) {
     const MapBoulder boulder = map_.boulder(tile_, coded[i]);
     if ((boulder.p_map_m - centre_map_m_).squaredNorm() > radius2_m2_) continue;
-    const bool room = out.push_back(boulder);
-    CAIRN_ASSERT(room);  // a unit gives no more than a chunk holds
+    out.append(boulder);  // a unit gives no more than a chunk holds
   }
   if (step == cmap::TileStep::kCorrupt) leave_out_tile();
   if (step != cmap::TileStep::kEnd) return;

@@ -38,8 +38,7 @@ GridStatus BoulderGrid::start(const MapBoulders& boulders, const Vec2& origin_ma
   for (const MapBoulder& b : boulders) {
     if (!is_near(b.p_map_m) || !std::isfinite(b.diameter_m)) return status_;
     const Vec2 p = b.p_map_m - origin_map_m;
-    const bool room = points_.push_back({p.x(), p.y(), b.diameter_m});
-    CAIRN_ASSERT(room);  // the capacity is that of the window
+    points_.append({p.x(), p.y(), b.diameter_m});  // the capacity is that of the window
   }
   cell_m_ = least_cell_m;
   lay();

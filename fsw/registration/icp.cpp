@@ -109,8 +109,7 @@ IcpStatus IcpJob::copy_inputs(const MapBoulders& map, const LocalMap& local) {
     if (!point_is_good(b.p_site_m) || !std::isfinite(b.diameter_m)) return IcpStatus::kBadInput;
     const Vec2 q = b.p_site_m - pivot_site_m_;
     sum += q.squaredNorm();
-    CAIRN_ASSERT(
-        local_.push_back({r.cos * q.x() - r.sin * q.y(), r.sin * q.x() + r.cos * q.y(), b.diameter_m}));
+    local_.append({r.cos * q.x() - r.sin * q.y(), r.sin * q.x() + r.cos * q.y(), b.diameter_m});
   }
   lever_all_m_ = std::sqrt(sum / static_cast<double>(local_.size()));
   if (lever_all_m_ < 1.0e-3) lever_all_m_ = 1.0e-3;
@@ -155,7 +154,7 @@ void IcpJob::keep_one_to_one() {
 void IcpJob::gather_and_trim() {
   kept_.clear();
   for (std::size_t i = 0; i < local_.size(); ++i) {
-    if (nearest_[i].map != kNone) CAIRN_ASSERT(kept_.push_back(nearest_[i]));
+    if (nearest_[i].map != kNone) kept_.append(nearest_[i]);
   }
   heap_sort(kept_.data(), static_cast<int>(kept_.size()), [](const Candidate& a, const Candidate& b) {
     return a.r2 < b.r2 || (a.r2 == b.r2 && a.local < b.local);
@@ -399,7 +398,7 @@ void IcpJob::finish(IcpStatus status, const State& state) {
     const GridPoint at = apply(state, local_[c.local]);
     const double dx = map_[c.map].x_m - at.x_m;
     const double dy = map_[c.map].y_m - at.y_m;
-    CAIRN_ASSERT(result_.pairs.push_back({c.local, c.map, static_cast<float>(std::sqrt(dx * dx + dy * dy))}));
+    result_.pairs.append({c.local, c.map, static_cast<float>(std::sqrt(dx * dx + dy * dy))});
   }
   if (kept_.empty()) return;
   result_.rms_m = std::sqrt(sum_of_squares(state) / static_cast<double>(kept_.size()));

@@ -272,7 +272,7 @@ void SegmentationJob::finish() {
     region.v_min_px = sums.y_min * divisor;
     region.v_max_px = sums.y_max * divisor + divisor - 1;
     region.border_px = sums.border * divisor;
-    CAIRN_ASSERT(regions_.push_back(region));
+    regions_.append(region);
   }
   status_ = SegmentationStatus::kDone;
 }

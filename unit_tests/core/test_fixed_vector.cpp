@@ -51,6 +51,9 @@ void test_out_of_range_asserts(void**) {
   assert_false(test::asserts([] { v[0] = 1; }));
   assert_true(test::asserts([] { v[1] = 1; }));
   assert_true(test::asserts([] { v[static_cast<std::size_t>(-1)] = 1; }));
+  assert_false(test::asserts([] { v.append(6); }));
+  assert_int_equal(v.back(), 6);
+  assert_true(test::asserts([] { v.append(7); }));
   assert_false(test::asserts([] { v.resize(2); }));
   assert_true(test::asserts([] { v.resize(3); }));
 }
