@@ -20,7 +20,7 @@ CELL_WORDS = 15
 WIDE_TABLES = {"doc/ICD.md"}
 FOLDERS = ("", "fsw", "ground_tools")  # where a file's name may begin
 
-LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+LINK = re.compile(r"\]\(([^)\s]+)\)|src=\"([^\"]+)\"")
 HEADING = re.compile(r"#+ (.*)")
 SPAN = re.compile(r"`([^`]+)`")
 FILE = re.compile(r"[\w.-]+(?:/[\w.-]+)+\.(?:hpp|cpp|h|c|S|s|ld|mk|py|sh|js|css|html|toml|md|csv|jpg)")
@@ -102,8 +102,8 @@ class Tree:
         for number, line, fenced in lines_of(self.read(page)):
             code = [line] if fenced else SPAN.findall(line)
             if not fenced:
-                for target in LINK.findall(re.sub(r"`[^`]*`", "", line)) + re.findall(r"\]\(([^)\s]+)\)", line):
-                    fault = self.link_fault(page, target)
+                for found in LINK.findall(SPAN.sub("", line)):
+                    fault = self.link_fault(page, "".join(found))
                     if fault:
                         yield number, fault
                 for span in code:
@@ -153,6 +153,8 @@ def self_test():
         "[a](#here)\n# Here": None,
         "[a](#there)\n# Here": "no heading 'there'",
         "![a](p.jpg)": "no doc/p.jpg",
+        '<img src="p.jpg" alt="">': "no doc/p.jpg",
+        "`[a](c.md)`": None,
         "[`a`](c.md)": "no doc/c.md",
         "```\n[a](c.md)\n```": None,
         "`fsw/m/a.hpp`, `m/a.hpp`, `b.md`, `OUT/x.csv`": None,
