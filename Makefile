@@ -151,6 +151,10 @@ bench-codec: ## bits of a .cmap beside their limits, zstd and xz (ROSCO=file of 
 	$(build) -s $(B)/codec_table
 	@$(B)/codec_table $(ROSCO)
 
+bench-fix: ## point-set trials of the fix: per cent right, declined, false (N=trials a cell; SUITES='start ...')
+	$(call ready,test,-s $(B)/bench_fix)
+	@$(B)/bench_fix --trials $(N) $(SUITES)
+
 bench-map: ## speed and memory of `cairn map build` on up to 60000 x 60000 pixels, OpenCV beside it (1.2 GB of disk)
 	$(call ready,test,$(CAIRN) $(B)/bench_map)
 	@$(B)/bench_map $(CAIRN) build/bench-map
@@ -341,6 +345,8 @@ $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
 $(B)/bench_map: $(B)/unit_tests/opencv/bench_map.o $(FSW_LIB) $(PLATFORM_LIB)
 	$(link) -lopencv_imgproc -lopencv_core -lgdal -lfmt -o $@
+$(B)/bench_fix: $(call obj,$(wildcard unit_tests/bench/*.cpp)) $(FSW_LIB) $(PLATFORM_LIB)
+	$(link) -lpthread -o $@
 $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
 # The model is tested without QEMU, and the plugin with it.

@@ -77,6 +77,7 @@ struct Mission {
   double icp_max_correction_rad = 0.175;  ///< 10 degrees
   double icp_max_scale_change = 0.10;     ///< five times a bad stereo baseline
   int icp_job_max_bytes = 160 * 1024;
+  int pose_search_max_bytes = 320 * 1024;
 
   // Labelling (labeling/clustering.hpp).
   int max_cluster_points = 1024;  ///< 3D points of the boulders of one frame, or boulders of the local map

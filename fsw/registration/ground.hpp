@@ -1,0 +1,63 @@
+/// What is known of the orbital map around here: where its boulders are, how densely they lie, how large they
+/// are. The null hypothesis of the verdict (registration/verdict.hpp) is measured from it.
+///
+/// Density. The area covered is the disc of `radius_m` about the centre, cut to the box of the boulders in it
+/// (a window may hang over the edge of the map). It is divided into square cells, so wide that 3 x 3 of them
+/// hold some 30 boulders at the mean density; the density at a point is (boulders + 1) / (area covered + 1 /
+/// mean density) over the 3 x 3 cells about its own: local where the ground changes, and never zero.
+///
+/// Sizes. The density of ln(diameter) over the boulders whose diameter is known: shares of 40 bins of 0.25
+/// from 5 mm up, smoothed by (1 2 1)/4, plus one boulder spread evenly.
+///
+/// Coordinates: axes of `map` about the centre.
+///
+/// Cost. start(): about 25 operations a boulder and 16 a cell of density, on no budget. step(): the grid's.
+#pragma once
+
+#include <cstdint>
+
+#include "registration/boulder_grid.hpp"
+
+namespace cairn {
+
+class Ground {
+ public:
+  /// kRunning, or what is wrong with the input. Boulders outside the disc stay in the grid and count for
+  /// nothing else. `radius_m`: [1e-2, 1e5].
+  GridStatus start(const MapBoulders& boulders, const Vec2& centre_map_m, double radius_m,
+                   double least_cell_m);
+  Progress step(WorkBudget& budget) { return grid_.step(budget); }
+  GridStatus status() const { return grid_.status(); }
+
+  const BoulderGrid& grid() const { return grid_; }
+  const Vec2& centre_map_m() const { return centre_map_m_; }
+  double radius_m() const { return radius_m_; }
+  double area_m2() const { return area_m2_; }       ///< covered
+  double mean_density() const { return density_; }  ///< boulders a square metre of it
+  double density(double x_m, double y_m) const;     ///< around a point; outside the cells the nearest cell's
+  /// Of ln(diameter), per unit; diameter > 0. 0 where the map knows no diameters.
+  double size_density(double diameter_m) const;
+
+ private:
+  static constexpr int kMaxCells = 32;  // a side
+  static constexpr int kBins = 40;
+
+  void measure_density();
+  void measure_sizes();
+  double covered(double x0, double y0, double side) const;
+
+  BoulderGrid grid_;
+  Vec2 centre_map_m_ = Vec2(0.0, 0.0);
+  double radius_m_ = 1.0;
+  double area_m2_ = 1.0;
+  double density_ = 0.0;
+  double box_[4] = {};  // of the boulders in the disc: x0, x1, y0, y1
+  int cells_ = 1;       // a side
+  double cell_m_ = 1.0;
+  float count_[kMaxCells * kMaxCells] = {};
+  float cover_m2_[kMaxCells * kMaxCells] = {};
+  float density_of_[kMaxCells * kMaxCells] = {};
+  float size_density_[kBins] = {};
+};
+
+}  // namespace cairn

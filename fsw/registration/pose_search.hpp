@@ -1,0 +1,159 @@
+/// The pose of the local map looked for in all of what the prior leaves room for, and the verdict on it.
+///
+/// How. Pairs of local boulders (0.5 to 2 rms radii apart, each boulder in as many as the others) are laid on
+/// pairs of map boulders of the same length and direction within reach: `reach_sigmas` of the prior in x, y
+/// and yaw, and around that a ring that gives decoys (registration/verdict.hpp). Each such hypothesis is
+/// looked at boulder by boulder, nearest to the pair's middle first, where it is surest: with t^2 = s^2 (1.5 +
+/// 2 d^2 / L^2) at distance d from the middle of a pair of length L,
+///     sum of max( ln(1-p), ln(p / (2 pi lambda t^2)) - r^2 / (2 t^2) )     r: distance to the nearest boulder
+/// and given up where that falls below `give_up`. The best distinct ones, inside and outside of the prior's
+/// reach, are refined and weighed (EvidenceJob); then judge(). No luck is needed: a true pair among the pairs
+/// looked at is enough, and of 64 pairs of boulders of which half are true, none is with probability 1e-8.
+///
+/// Distinct: the local map's middle farther than 4 s apart, or turned by more than 4 s over its rms radius.
+///
+/// Room. The map window must hold the local map wherever the search looks: window radius at least 4 sigma and
+/// the farthest local boulder, and the poses looked at must reach `least_ring` mean spacings far, else what
+/// chance does on this map is not known: kNoSearchRoom. To give the ring its whole width, a window should have
+/// reach_sigmas sigma + farthest local boulder + ring / sqrt(density).
+///
+/// Cost. Map boulders within reach times pairs, some 20 looks each; units of one look, one pair of boulders, or
+/// one question to the grid. Static memory: sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
+#pragma once
+
+#include <cstdint>
+
+#include "core/nodiscard.hpp"
+#include "core/work_budget.hpp"
+#include "registration/verdict.hpp"
+
+namespace cairn {
+
+struct PoseSearchParams {
+  EvidenceParams evidence;
+  VerdictParams verdict;
+  double reach_sigmas = 5.0;  ///< [4, 8]
+  int max_pairs = 64;         ///< of local boulders, [1, 4096]
+  double give_up = -4.0;      ///< nats, [-100, 0]
+  double ring = 3.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
+  double least_ring = 1.5;    ///< [0, 10]
+};
+
+enum class CAIRN_NODISCARD SearchStatus : std::uint8_t {
+  kIdle,
+  kRunning,
+  kDone,  ///< the verdict tells
+  kNoMapBoulders,
+  kNoLocalBoulders,  ///< fewer than two
+  kNoSearchRoom,     ///< the map window is too small for the prior's sigma and the local map
+  kBadInput,
+};
+
+struct SearchResult {
+  Verdict verdict;
+  Evidence best;                   ///< inside the prior's reach; in axes of map about the prior's pivot
+  Pose2 T_map_site;                ///< of best, rigid part: the pivot is mapped exactly
+  Mat3 covariance = Mat3::Zero();  ///< of the pivot's x, y and of yaw, in map
+  double scale = 1.0;
+  double scale_sigma = 0.0;
+  Evidence elsewhere;            ///< best distinct pose outside the prior's reach; S = 0 where there is none
+  std::uint32_t hypotheses = 0;  ///< looked at
+  std::uint32_t looks = 0;       ///< at one local boulder each
+  std::uint32_t cut = 0;         ///< partners that there was no room to list
+  int pairs = 0;                 ///< of local boulders
+  int refined = 0;
+  int sightings = 0;  ///< local boulders less duplicates
+  int decoys = 0;
+  double density = 0.0;  ///< boulders a square metre at the pose
+  double ring_m = 0.0;
+};
+
+class PoseSearchJob {
+ public:
+  /// `window_radius_m`: the map boulders are all those within it about the prior's pivot. `covariance`: of the
+  /// pivot's x, y and of yaw in map (m, m, rad), positive definite. The map and the local map are copied.
+  SearchStatus start(const PoseSearchParams& params, const MapBoulders& map, double window_radius_m,
+                     const LocalMap& local, const Pose2& T_map_site_prior, const Vec2& pivot_site_m,
+                     const Mat3& covariance);
+  Progress step(WorkBudget& budget);  ///< the same bits for every slicing
+  SearchStatus status() const { return status_; }
+  const SearchResult& result() const { return result_; }
+
+ private:
+  static constexpr std::size_t kInside = 16;
+  static constexpr std::size_t kOutside = 28;
+  static constexpr std::size_t kSeconds = 128;
+  enum class Phase : std::uint8_t { kGround, kPair, kFirst, kLook, kRefine };
+
+  struct Candidate {
+    Hypothesis pose;
+    double score = 0.0;
+  };
+  struct Ranked {
+    std::uint16_t sighting = 0;
+    double d2 = 0.0;         ///< squared distance from the pair's middle
+    double c = 0.0;          ///< ln(p / (2 pi lambda t^2))
+    double half_info = 0.0;  ///< 1 / (2 t^2)
+    double radius = 0.0;     ///< beyond it a look is a miss
+  };
+
+  SearchStatus survey();
+  bool next_pair();
+  void rank();
+  void gather_firsts();
+  void gather_seconds();
+  bool hypothesise(std::uint16_t second);
+  std::uint32_t look();
+  bool distinct(const Hypothesis& a, const Hypothesis& b) const;
+  template <std::size_t N>
+  void keep(FixedVector<Candidate, N>& list, const Candidate& candidate) const;
+  void file();
+  bool inside(const Hypothesis& pose) const;
+  void start_refining();
+  void refined();
+  void conclude();
+
+  PoseSearchParams params_;
+  SearchStatus status_ = SearchStatus::kIdle;
+  Phase phase_ = Phase::kGround;
+  Pose2 T_map_site_prior_;
+  Vec2 pivot_site_m_ = Vec2(0.0, 0.0);
+  Vec2 pivot_map_m_ = Vec2(0.0, 0.0);
+  PosePrior prior_;
+  PosePrior anywhere_;  ///< flat, for decoys
+  LocalMap local_;
+  Ground ground_;
+  Sightings sightings_;
+  Vec2 middle_ = Vec2(0.0, 0.0);  ///< of the sightings
+  double rms_radius_m_ = 1.0;
+  double farthest_m_ = 0.0;
+  double reach_m_ = 0.0;  ///< of the pivot from the prior's, ring included
+  double reach_rad_ = 0.0;
+  double sigma_max_m_ = 0.0;
+
+  int step_d_ = 0;  ///< cursor over pairs: difference of indices, and the first one
+  int step_i_ = 0;
+  std::uint16_t i_ = 0;
+  std::uint16_t j_ = 0;
+  double length_m_ = 1.0;
+  FixedVector<Ranked, cfg::kMaxLocalBoulders> ranked_;
+  FixedVector<std::uint16_t, cfg::kMaxMapWindowBoulders> firsts_;
+  std::size_t first_ = 0;
+  FixedVector<std::uint16_t, kSeconds> seconds_;
+  std::size_t second_ = 0;
+  Candidate current_;
+  double cos_ = 1.0;
+  double sin_ = 0.0;
+
+  FixedVector<Candidate, kInside> inside_;
+  FixedVector<Candidate, kOutside> outside_;
+  std::size_t refining_ = 0;
+  EvidenceJob evidence_;
+  FixedVector<Evidence, kInside> weighed_;
+  FixedVector<Evidence, kOutside> decoys_;
+  SearchResult result_;
+};
+static_assert(sizeof(PoseSearchJob) <= cfg::kPoseSearchMaxBytes,
+              "raise pose_search_max_bytes in mission_cfg");
+
+}  // namespace cairn

@@ -1,0 +1,369 @@
+#include "registration/verdict.hpp"
+
+#include <cmath>
+
+#include "core/exp_log.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr double kLn2Pi = 1.83787706640934548356;
+constexpr double kReach = 4.0;  // sigmas within which a map boulder is looked for
+constexpr int kMaxIterations = 12;
+constexpr double kFarthest_m = 1.0e5;
+constexpr double kShares[] = {0.25, 0.5, 0.75, 0.92};
+constexpr double kSizeOutliers = 0.1;
+
+bool in_range(double value, double low, double high) { return value >= low && value <= high; }
+
+/// ln det of a positive matrix by its Cholesky factor; false where it is not positive.
+bool log_det(const Mat4& m, double& out) {
+  const Eigen::LLT<Mat4> llt(m);
+  if (llt.info() != Eigen::Success) return false;
+  out = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    const double pivot = llt.matrixLLT()(i, i);
+    if (!(pivot > 0.0) || !(pivot < 1.0e150)) return false;
+    out += 2.0 * ln(pivot);
+  }
+  return true;
+}
+
+}  // namespace
+
+bool params_are_good(const EvidenceParams& p) {
+  return in_range(p.sigma_pair_m, 1.0e-3, 10.0) &&
+         (p.size_sigma == 0.0 || in_range(p.size_sigma, 0.02, 3.0)) && in_range(p.scale_sigma, 0.0, 0.2) &&
+         in_range(p.match_share, 0.05, 0.95);
+}
+
+bool sightings(const EvidenceParams& params, const Ground& ground, const LocalMap& local,
+               const Vec2& pivot_site_m, Sightings& out) {
+  out.clear();
+  const double apart2 = 4.0 * params.sigma_pair_m * params.sigma_pair_m;
+  for (std::size_t i = 0; i < local.size(); ++i) {
+    Sighting s;
+    s.x_m = local[i].p_site_m.x() - pivot_site_m.x();
+    s.y_m = local[i].p_site_m.y() - pivot_site_m.y();
+    if (!(std::fabs(s.x_m) <= kFarthest_m) || !(std::fabs(s.y_m) <= kFarthest_m)) return false;
+    s.sigma_m = params.sigma_pair_m;
+    s.local = static_cast<std::uint16_t>(i);
+    const auto diameter = static_cast<double>(local[i].diameter_m);
+    if (params.size_sigma > 0.0 && in_range(diameter, 1.0e-3, 1.0e3)) {
+      s.diameter_m = diameter;
+      s.size_density = ground.size_density(diameter);
+    }
+    bool apart = true;
+    for (std::size_t k = 0; k < out.size() && apart; ++k) {
+      const double dx = out[k].x_m - s.x_m;
+      const double dy = out[k].y_m - s.y_m;
+      apart = dx * dx + dy * dy >= apart2;
+    }
+    if (apart) CAIRN_ASSERT(out.push_back(s));
+  }
+  return true;
+}
+
+bool gaussian_prior(const Hypothesis& mean, const Mat3& covariance, PosePrior& out) {
+  for (int i = 0; i < 3; ++i) {
+    if (!in_range(covariance(i, i), 1.0e-16, 1.0e12)) return false;
+  }
+  const Eigen::LLT<Mat3> llt(covariance);
+  if (llt.info() != Eigen::Success) return false;
+  double half_log_det = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const double pivot = llt.matrixLLT()(i, i);
+    if (!(pivot > 0.0) || !(pivot < 1.0e7)) return false;
+    half_log_det += ln(pivot);
+  }
+  out.mean = mean;
+  out.information = llt.solve(Mat3::Identity());
+  out.log_volume = 1.5 * kLn2Pi + half_log_det;
+  return true;
+}
+
+PosePrior flat_prior(const Hypothesis& mean, double area_m2, double sector_rad) {
+  PosePrior prior;
+  prior.mean = mean;
+  prior.log_volume = ln(area_m2 * sector_rad);
+  return prior;
+}
+
+// ---- one hypothesis ---------------------------------------------------------------------------------------
+
+EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& ground,
+                                  const Sightings& sightings, const PosePrior& prior,
+                                  const Hypothesis& hypothesis) {
+  params_ = params;
+  ground_ = &ground;
+  sightings_ = &sightings;
+  prior_ = prior;
+  pose_ = hypothesis;
+  if (params.scale_sigma == 0.0) pose_.scale = 1.0;
+  result_ = Evidence();
+  result_.pose = pose_;
+  cursor_ = 0;
+  inflation_ = 2.0;
+  last_ = settled_ = false;
+  information_.setZero();
+  missing_.setZero();
+  gradient_.setZero();
+  sum_w_ = sum_wr2_ = sum_r2_m2_ = 0.0;
+  turn_ = sin_cos(pose_.yaw_rad);
+  const bool pose_good = in_range(pose_.x_m, -kFarthest_m, kFarthest_m) &&
+                         in_range(pose_.y_m, -kFarthest_m, kFarthest_m) &&
+                         in_range(pose_.yaw_rad, -1.0e3, 1.0e3) && in_range(pose_.scale, 0.5, 2.0);
+  const bool good =
+      params_are_good(params) && pose_good && ground.status() == GridStatus::kReady && !sightings.empty();
+  status_ = good ? EvidenceStatus::kRunning : EvidenceStatus::kBadInput;
+  return status_;
+}
+
+BoulderQuery EvidenceJob::query(const Sighting& s) const {
+  GridPoint at;
+  at.x_m = pose_.x_m + pose_.scale * (turn_.cos * s.x_m - turn_.sin * s.y_m);
+  at.y_m = pose_.y_m + pose_.scale * (turn_.sin * s.x_m + turn_.cos * s.y_m);
+  return ground_->grid().query(at, kReach * inflation_ * s.sigma_m);
+}
+
+/// One local boulder: the density at it, and what it pulls at.
+void EvidenceJob::look(const Sighting& s, const BoulderQuery& query) {
+  const double variance = s.sigma_m * s.sigma_m * inflation_ * inflation_;
+  const double peak = 1.0 / (2.0 * kPi * variance);
+  double density = 0.0;
+  double best = 0.0;
+  std::uint16_t best_map = kNone;
+  Vec2 pull(0.0, 0.0);        // sums over the map boulders near: density times what is to be moved,
+  Mat2 outer = Mat2::Zero();  // and its square
+  const BoulderGrid& grid = ground_->grid();
+  grid.for_each_near(query, [&](std::uint16_t index, double r2) {
+    double part = peak * exp(-0.5 * r2 / variance);
+    const GridPoint& m = grid[index];
+    const auto diameter = static_cast<double>(m.diameter_m);
+    if (s.size_density > 0.0 && diameter > 0.0) {
+      const double u = ln(s.diameter_m / diameter) / params_.size_sigma;
+      const double agree = exp(-0.5 * (u * u + kLn2Pi)) / params_.size_sigma;
+      part *= kSizeOutliers + (1.0 - kSizeOutliers) * agree / s.size_density;
+    }
+    density += part;
+    if (part > best) {
+      best = part;
+      best_map = index;
+    }
+    const Vec2 u(m.x_m - query.at.x_m, m.y_m - query.at.y_m);
+    pull += part * u;
+    outer += part * (u * u.transpose());
+  });
+  const double null = ground_->density(query.at.x_m, query.at.y_m);
+  if (last_) say_[cursor_] = {density / null, best_map};
+  if (density <= 0.0) return;
+  const double all = (1.0 - params_.match_share) * null + params_.match_share * density;
+  const double to_weight = params_.match_share / all;
+  add(s, Vec2(query.at.x_m - pose_.x_m, query.at.y_m - pose_.y_m), Vec2(pull * to_weight),
+      Mat2(outer * to_weight), density * to_weight);
+}
+
+void EvidenceJob::add(const Sighting& s, const Vec2& d, const Vec2& pull, const Mat2& outer, double weight) {
+  const double info = 1.0 / (s.sigma_m * s.sigma_m * inflation_ * inflation_);
+  Eigen::Matrix<double, 2, 4> J;
+  J << 1.0, 0.0, -d.y(), d.x() / pose_.scale,  //
+      0.0, 1.0, d.x(), d.y() / pose_.scale;
+  information_ += (weight * info) * (J.transpose() * J);
+  missing_ += (info * info) * (J.transpose() * (outer - pull * pull.transpose()) * J);
+  gradient_ += info * (J.transpose() * pull);
+  sum_w_ += weight;
+  sum_wr2_ += info * outer.trace();
+  sum_r2_m2_ += outer.trace();
+}
+
+/// The scale is a fourth unknown with a prior of its own, or fixed: then its row is the identity's.
+Mat4 EvidenceJob::prior_information() const {
+  Mat4 info = Mat4::Zero();
+  info.topLeftCorner<3, 3>() = prior_.information;
+  info(3, 3) = params_.scale_sigma > 0.0 ? 1.0 / (params_.scale_sigma * params_.scale_sigma) : 1.0;
+  return info;
+}
+
+Vec4 EvidenceJob::from_prior() const {
+  return {pose_.x_m - prior_.mean.x_m, pose_.y_m - prior_.mean.y_m,
+          wrap_angle(pose_.yaw_rad - prior_.mean.yaw_rad), pose_.scale - 1.0};
+}
+
+/// A pass over all local boulders is done: a step of Gauss and Newton, or the end.
+void EvidenceJob::end_pass() {
+  cursor_ = 0;
+  ++result_.iterations;
+  if (params_.scale_sigma == 0.0) {
+    for (Mat4* m : {&information_, &missing_}) {
+      m->row(3).setZero();
+      m->col(3).setZero();
+    }
+    gradient_(3) = 0.0;
+  }
+  if (last_) return weigh();
+  const Mat4 prior = prior_information();
+  const Mat4 sum = information_ + prior;
+  const Eigen::LLT<Mat4> llt(sum);
+  const bool positive = sum_w_ > 1.0e-3 && llt.info() == Eigen::Success;
+  const Vec4 step = positive ? Vec4(llt.solve(gradient_ - prior * from_prior())) : Vec4(Vec4::Zero());
+  const double lever_m = sum_w_ > 0.0 ? std::sqrt(information_(2, 2) / (information_(0, 0) + 1.0e-300)) : 1.0;
+  const double moved =
+      std::fabs(step(0)) + std::fabs(step(1)) + lever_m * (std::fabs(step(2)) + std::fabs(step(3)));
+  if (!positive || !(moved < 1.0e3)) {
+    status_ = EvidenceStatus::kDiverged;
+    return;
+  }
+  pose_.x_m += step(0);
+  pose_.y_m += step(1);
+  pose_.yaw_rad = wrap_angle(pose_.yaw_rad + step(2));
+  pose_.scale += step(3);
+  if (!in_range(pose_.scale, 0.7, 1.4)) {
+    status_ = EvidenceStatus::kDiverged;
+    return;
+  }
+  turn_ = sin_cos(pose_.yaw_rad);
+  settled_ = inflation_ == 1.0 && moved < 0.01 * params_.sigma_pair_m;
+  last_ = settled_ || result_.iterations + 1 >= kMaxIterations;
+  inflation_ = last_ || result_.iterations >= 2 ? 1.0 : 1.4;
+  information_.setZero();
+  missing_.setZero();
+  gradient_.setZero();
+  sum_w_ = sum_wr2_ = sum_r2_m2_ = 0.0;
+}
+
+/// S: each map boulder counts once, for the local boulder that leans on it most.
+double EvidenceJob::evidence() {
+  const std::size_t n = sightings_->size();
+  for (std::size_t i = 0; i < n; ++i) {
+    if (say_[i].map != kNone) owner_[say_[i].map] = kNone;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (say_[i].map == kNone) continue;
+    std::uint16_t& owner = owner_[say_[i].map];
+    if (owner == kNone) {
+      owner = static_cast<std::uint16_t>(i);
+    } else if (say_[i].ratio > say_[owner].ratio) {
+      say_[owner].ratio = 0.0;
+      owner = static_cast<std::uint16_t>(i);
+    } else {
+      say_[i].ratio = 0.0;
+    }
+  }
+  double sums[4] = {};
+  double most = -1.0e300;
+  for (int p = 0; p < 4; ++p) {
+    for (std::size_t i = 0; i < n; ++i) sums[p] += ln(1.0 - kShares[p] + kShares[p] * say_[i].ratio);
+    if (sums[p] > most) most = sums[p];
+  }
+  double mean = 0.0;
+  for (const double sum : sums) mean += 0.25 * exp(sum - most);
+  return most + ln(mean);
+}
+
+void EvidenceJob::weigh() {
+  const Mat4 prior = prior_information();
+  const Vec4 off = from_prior();
+  Evidence& r = result_;
+  r.pose = pose_;
+  r.S = evidence();
+  const Vec4 held = prior * off;
+  r.chi2 = off.dot(held);
+  r.matched = sum_w_;
+  r.rms_m = sum_w_ > 0.0 ? std::sqrt(sum_r2_m2_ / sum_w_) : 0.0;
+  // Observed information; where the matches are too uncertain for it to be positive, half of the complete.
+  Mat4 seen = information_ - missing_;
+  double log_det_fix = 0.0;
+  Mat4 known = Mat4::Zero();  // keeps a fixed scale's row regular
+  if (params_.scale_sigma == 0.0) known(3, 3) = 1.0;
+  double log_det_seen = 0.0;
+  if (!log_det(seen + known, log_det_seen)) seen = 0.5 * information_;
+  if (!log_det(seen + prior, log_det_fix)) {
+    status_ = EvidenceStatus::kDiverged;
+    return;
+  }
+  r.log_volume = 1.5 * kLn2Pi - 0.5 * log_det_fix;
+  const double log_scale_prior = params_.scale_sigma > 0.0 ? ln(params_.scale_sigma) : 0.0;
+  r.log_ratio = r.S - 0.5 * r.chi2 + r.log_volume - log_scale_prior - prior_.log_volume;
+  // Innovation: the fix alone lies at pose + seen^-1 prior (pose - mean).
+  const Mat4 firm = seen + known + 1.0e-9 * Mat4::Identity();
+  const Eigen::LLT<Mat4> alone(firm);
+  r.innovation2 = r.chi2 + held.dot(Vec4(alone.solve(held)));
+  constexpr double kPriorFreedom = 10.0;
+  const double freedom = 2.0 * sum_w_ - (params_.scale_sigma > 0.0 ? 4.0 : 3.0);
+  double factor = (kPriorFreedom + sum_wr2_) / (kPriorFreedom + (freedom > 0.0 ? freedom : 0.0));
+  factor = factor < 0.25 ? 0.25 : factor > 9.0 ? 9.0 : factor;
+  const Eigen::LLT<Mat4> llt(Mat4(seen / factor + prior));
+  r.covariance = llt.solve(Mat4::Identity());
+  if (params_.scale_sigma == 0.0) r.covariance(3, 3) = 0.0;
+  status_ = settled_ ? EvidenceStatus::kDone : EvidenceStatus::kNotSettled;
+}
+
+Progress EvidenceJob::step(WorkBudget& budget) {
+  while (status_ == EvidenceStatus::kRunning) {
+    const Sighting& s = (*sightings_)[cursor_];
+    const BoulderQuery q = query(s);
+    if (!budget.take(60U + 3U * q.ops())) return Progress::kMore;
+    look(s, q);
+    if (++cursor_ == sightings_->size()) end_pass();
+  }
+  return Progress::kDone;
+}
+
+// ---- the verdict ------------------------------------------------------------------------------------------
+
+namespace {
+
+/// The tail that the decoys show: 1 or more.
+double tail_of(const Decoys& decoys, double chance_best, int tail) {
+  constexpr double kPriorDecoys = 4.0;
+  double top[Decoys::kCapacity] = {};  // descending
+  std::size_t count = 0;
+  for (const double score : decoys.scores) {
+    if (score <= chance_best) continue;
+    std::size_t at = count++;
+    for (; at > 0 && top[at - 1] < score; --at) top[at] = top[at - 1];
+    top[at] = score;
+  }
+  const auto most = static_cast<std::size_t>(tail);
+  const std::size_t k = count < most ? count : most;
+  const double from = count > most ? top[most] : chance_best;
+  double excess = 0.0;
+  for (std::size_t i = 0; i < k; ++i) excess += top[i] - from;
+  const double theta = (kPriorDecoys + excess) / (kPriorDecoys + static_cast<double>(k));
+  return theta > 1.0 ? theta : 1.0;
+}
+
+}  // namespace
+
+Verdict judge(const VerdictParams& params, const Evidence& best, double second_log_ratio,
+              const PosePrior& prior, const Decoys& decoys) {
+  Verdict v;
+  v.log_ratio = best.log_ratio;
+  v.second_log_ratio = second_log_ratio;
+  v.theta = tail_of(decoys, decoys.log_volume - best.log_volume, params.tail);
+  const double score = best.S - 0.5 * best.chi2;
+  double false_ones = 0.0;
+  for (const double decoy : decoys.scores) {
+    const double behind = (decoy - score) / v.theta;
+    false_ones += exp(behind < 600.0 ? behind : 600.0);
+  }
+  const double inside = prior.log_volume > best.log_volume ? prior.log_volume : best.log_volume;
+  double share = inside - decoys.log_volume;
+  if (share > 0.0) share = 0.0;
+  if (false_ones > 0.0) v.chance_log = -(share + ln(false_ones));
+  const double needed = params.ln_threshold - params.prior_log_odds;
+  if (best.innovation2 > params.innovation2_limit) {
+    v.status = VerdictStatus::kInconsistentWithPrior;
+  } else if (v.log_ratio + params.calibration < needed) {
+    v.status = VerdictStatus::kTooLittleEvidence;
+  } else if (v.log_ratio - second_log_ratio < params.second_margin) {
+    v.status = VerdictStatus::kAmbiguous;
+  } else if (v.chance_log < needed) {
+    v.status = VerdictStatus::kChanceAgreement;
+  } else {
+    v.status = VerdictStatus::kAccepted;
+  }
+  return v;
+}
+
+}  // namespace cairn

@@ -1,0 +1,478 @@
+// Point-set trials of the search and its verdict: per cent right, declined and false, by density and start, on
+// wrong sites, on lattices, rows and clusters, in tracking; predicted against observed false rates; coverage of
+// the covariance. Plain ICP and a plain RANSAC beside it.
+//
+//   bench_fix [--trials N] [--seed S] [--threads T] [suite ...]
+//
+// Right: accepted, within 3 sigma (sigma: root of the trace of the position's covariance) and 0.5 m. False:
+// accepted, more than 3 sigma and 0.3 m off. The pivot (the rover) is what is judged.
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "bench/point_sets.hpp"
+#include "registration/icp.hpp"
+#include "registration/pose_search.hpp"
+
+using namespace cairn;
+using namespace cairn::bench;
+
+namespace {
+
+int trials = 200;
+std::uint64_t seed = 20001;  // of evaluation; tuning used those below 10000
+int threads = 2;
+
+struct Outcome {
+  bool accepted = false;
+  double error_m = 0.0;
+  double sigma_m = 0.0;
+  double nees2 = 0.0;  // squared distance in sigmas, of x and y
+  double log_ratio = 0.0;
+  double bound_m = 0.0;  // Cramer-Rao: root of the trace
+  VerdictStatus status = VerdictStatus::kNone;
+  SearchStatus search = SearchStatus::kIdle;
+  std::uint64_t ops = 0;
+  double chance = 0.0;
+  double second = 0.0;
+};
+
+struct Cell {
+  GroundKind ground;
+  View view;
+  Start start;
+  Site site = Site::kRight;
+  bool confirmed = false;
+  int fewest = 0;  // local boulders at random between these, where given
+  int most = 0;
+  double scale_sigma = 0.0;
+  double map_scale = 1.0;
+};
+
+using Method = std::function<void(const Cell&, const Trial&, Outcome&)>;
+
+struct Engines {
+  PoseSearchJob search;
+  IcpJob icp;
+  Trial trial;
+};
+
+bool right(const Outcome& o) { return o.accepted && o.error_m <= 3.0 * o.sigma_m && o.error_m <= 0.5; }
+bool wrong(const Outcome& o) { return o.accepted && o.error_m > 3.0 * o.sigma_m && o.error_m > 0.3; }
+
+void search(Engines& e, const Cell& cell, Outcome& o) {
+  PoseSearchParams p;
+  p.evidence.sigma_pair_m = 0.05;
+  p.evidence.scale_sigma = cell.scale_sigma;
+  if (cell.view.size_noise > 0.0) p.evidence.size_sigma = 1.2 * cell.view.size_noise;
+  if (cell.confirmed) p.verdict.prior_log_odds = std::log(1.0e3);
+  const Trial& t = e.trial;
+  o.search = e.search.start(p, t.map, t.window_m, t.local, t.T_map_site_prior, t.pivot_site_m, t.covariance);
+  WorkBudget all = WorkBudget::unlimited();
+  if (o.search == SearchStatus::kRunning) (void)e.search.step(all);
+  o.ops = all.spent();
+  o.search = e.search.status();
+  const SearchResult& r = e.search.result();
+  o.status = r.verdict.status;
+  o.accepted = o.status == VerdictStatus::kAccepted;
+  o.log_ratio = r.verdict.log_ratio;
+  o.chance = r.verdict.chance_log;
+  o.second = r.verdict.second_log_ratio;
+  const Vec2 off = r.T_map_site * t.pivot_site_m - t.T_map_site * t.pivot_site_m;
+  o.error_m = off.norm();
+  const Mat2 c = r.covariance.topLeftCorner<2, 2>();
+  o.sigma_m = std::sqrt(c.trace());
+  if (c.determinant() > 0.0) o.nees2 = off.dot(Vec2(c.inverse() * off));
+}
+
+/// The paper's: from the start, accepted where it converges.
+void plain_icp(Engines& e, const Cell&, Outcome& o) {
+  IcpParams p;
+  const Trial& t = e.trial;
+  (void)e.icp.start(p, t.map, t.local, t.T_map_site_prior, t.pivot_site_m);
+  WorkBudget all = WorkBudget::unlimited();
+  (void)e.icp.step(all);
+  o.accepted = e.icp.status() == IcpStatus::kConverged;
+  const Vec2 off = e.icp.result().T_map_site * t.pivot_site_m - t.T_map_site * t.pivot_site_m;
+  o.error_m = off.norm();
+  o.sigma_m = std::sqrt(e.icp.result().covariance.topLeftCorner<2, 2>().trace());
+}
+
+/// Plain: pairs at random within the gate of what sigma allows, most inliers within 3 sigma wins, accepted with
+/// four inliers and half of the boulders.
+void ransac(Engines& e, const Cell& cell, Outcome& o) {
+  const Trial& t = e.trial;
+  Rng rng(12345);
+  const double s = 0.05;
+  const double reach = 4.0 * cell.start.sigma_xy_m + 0.3;
+  std::size_t best = 0;
+  Pose2 pose = t.T_map_site_prior;
+  const std::size_t n = t.local.size();
+  if (n >= 2 && t.map.size() >= 2) {
+    for (int k = 0; k < 2000; ++k) {
+      const std::size_t i = rng() % n;
+      const std::size_t j = rng() % n;
+      const std::size_t a = rng() % t.map.size();
+      const Vec2 pi = t.T_map_site_prior * t.local[i].p_site_m;
+      const Vec2 pj = t.T_map_site_prior * t.local[j].p_site_m;
+      if (i == j || (t.map[a].p_map_m - pi).norm() > reach) continue;
+      for (const MapBoulder& b : t.map) {
+        const Vec2 v = b.p_map_m - t.map[a].p_map_m;
+        const Vec2 u = pj - pi;
+        if (std::fabs(v.norm() - u.norm()) > 4.2 * s || u.norm() < 0.5) continue;
+        const double turn = std::atan2(u.x() * v.y() - u.y() * v.x(), u.dot(v));
+        if (std::fabs(turn) > 4.0 * cell.start.sigma_yaw_rad + 0.05) continue;
+        Pose2 h{0.0, 0.0, wrap_angle(t.T_map_site_prior.yaw_rad + turn)};
+        const Vec2 shift = 0.5 * (b.p_map_m + t.map[a].p_map_m) -
+                           h * Vec2(0.5 * (t.local[i].p_site_m + t.local[j].p_site_m));
+        h.x_m = shift.x();
+        h.y_m = shift.y();
+        std::size_t inliers = 0;
+        for (const LocalBoulder& l : t.local) {
+          const Vec2 q = h * l.p_site_m;
+          for (const MapBoulder& m : t.map) {
+            if ((m.p_map_m - q).norm() <= 3.0 * s) {
+              ++inliers;
+              break;
+            }
+          }
+        }
+        if (inliers > best) {
+          best = inliers;
+          pose = h;
+        }
+      }
+    }
+  }
+  o.accepted = best >= 4 && 2 * best >= n;
+  o.error_m = (pose * t.pivot_site_m - t.T_map_site * t.pivot_site_m).norm();
+  o.sigma_m = 0.05;
+}
+
+void prepare(const Cell& cell, std::uint64_t number, Trial& trial) {
+  Rng rng(seed * 1000003U + number);
+  rng.discard(8);
+  View view = cell.view;
+  if (cell.most > 0) view.boulders = cell.fewest + static_cast<int>(rng() % (cell.most - cell.fewest + 1));
+  make_trial(rng, cell.ground, view, cell.start, cell.site, trial);
+  if (cell.map_scale != 1.0) {
+    const Vec2 about = trial.T_map_site_prior * trial.pivot_site_m;
+    for (MapBoulder& b : trial.map) b.p_map_m = about + cell.map_scale * (b.p_map_m - about);
+  }
+}
+
+std::uint64_t cells_run = 0;
+using Runner = void (*)(Engines&, const Cell&, Outcome&);
+
+std::vector<Outcome> run(const Cell& cell, Runner runner, int count) {
+  std::vector<Outcome> out(count);
+  std::atomic<int> next{0};
+  const std::uint64_t base = cells_run * 10000019U;
+  const auto work = [&](bool tells) {
+    const auto engines = std::make_unique<Engines>();
+    for (int i = next++; i < count; i = next++) {
+      prepare(cell, base + i, engines->trial);
+      runner(*engines, cell, out[i]);
+      if (tells && isatty(2) && i % 50 == 0) std::fprintf(stderr, "\r%d of %d  ", i, count);
+    }
+  };
+  std::vector<std::thread> crew;
+  for (int k = 1; k < threads; ++k) crew.emplace_back(work, false);
+  work(true);
+  for (std::thread& t : crew) t.join();
+  if (isatty(2)) std::fprintf(stderr, "\r                    \r");
+  ++cells_run;
+  return out;
+}
+
+struct Tally {
+  int n = 0, right = 0, wrong = 0, accepted = 0;
+  int status[8] = {};
+  int no_room = 0;
+  double ops = 0.0, most_ops = 0.0;
+};
+Tally tally(const std::vector<Outcome>& all) {
+  Tally t;
+  for (const Outcome& o : all) {
+    ++t.n;
+    t.right += right(o);
+    t.wrong += wrong(o);
+    t.accepted += o.accepted;
+    ++t.status[static_cast<int>(o.status)];
+    t.no_room += o.search == SearchStatus::kNoSearchRoom;
+    t.ops += static_cast<double>(o.ops);
+    t.most_ops = std::max(t.most_ops, static_cast<double>(o.ops));
+  }
+  return t;
+}
+void print(const char* what, const std::vector<Outcome>& all) {
+  const Tally t = tally(all);
+  std::printf("%-44s %7.2f %7.2f  %6d  %d/%d", what, 100.0 * t.right / t.n, 100.0 * (t.n - t.accepted) / t.n,
+              t.wrong, t.accepted - t.right - t.wrong, t.n);
+  std::printf("   none %d off %d poor %d ambig %d chance %d room %d   Mops %.2f max %.1f\n", t.status[2],
+              t.status[3], t.status[4], t.status[5], t.status[6], t.no_room, t.ops / t.n * 1e-6,
+              t.most_ops * 1e-6);
+  std::fflush(stdout);
+}
+void head(const char* title) {
+  std::printf("\n%s\n%-44s %7s %7s  %6s  %s\n", title, "", "right%", "decl.%", "FALSE", "other/trials");
+}
+
+std::string text(const char* format, double a, double b = 0.0, double c = 0.0) {
+  char line[128];
+  std::snprintf(line, sizeof line, format, a, b, c);
+  return line;
+}
+
+Cell usual(double per_m2) {
+  Cell c;
+  c.ground.per_m2 = per_m2;
+  c.fewest = 10;
+  c.most = 30;
+  return c;
+}
+
+void suite_start() {
+  struct Kind {
+    const char* name;
+    Start start;
+    bool confirmed;
+  };
+  const Kind kinds[] = {{"start good to 0.1 m, confirmed", {0.1, 0.02}, true},
+                        {"start good to 0.1 m", {0.1, 0.02}, false},
+                        {"0.5 m off, sigma says so", {0.35, 0.02, 0.5, 0.5}, false},
+                        {"1 to 5 m off, sigma says so", {2.0, 0.02, 1.0, 5.0}, false}};
+  for (const Kind& kind : kinds) {
+    head(kind.name);
+    for (const double d : {0.1, 0.3, 0.5, 1.0, 2.0, 4.0}) {
+      Cell c = usual(d);
+      c.start = kind.start;
+      c.confirmed = kind.confirmed;
+      print(text("%.1f per m2", d).c_str(), run(c, search, trials));
+    }
+  }
+}
+
+void suite_peers() {
+  for (const double sigma : {0.1, 1.5}) {
+    head(text("start good to %.1f m: search, plain ICP, RANSAC", sigma).c_str());
+    for (const double d : {0.1, 0.5, 1.0, 2.0, 4.0}) {
+      for (const Site site : {Site::kRight, Site::kElsewhere}) {
+        Cell c = usual(d);
+        c.site = site;
+        c.start = {sigma, 0.02};
+        const std::string at =
+            text("%.1f per m2", d) + (site == Site::kRight ? ", right map" : ", another place");
+        print((at + ": search").c_str(), run(c, search, trials));
+        print((at + ": plain ICP").c_str(), run(c, plain_icp, trials));
+        print((at + ": RANSAC").c_str(), run(c, ransac, std::min(trials, 100)));
+      }
+    }
+  }
+}
+
+void suite_wrong() {
+  struct Kind {
+    const char* name;
+    Site site;
+  };
+  const Kind kinds[] = {{"another place", Site::kElsewhere},
+                        {"mirrored", Site::kMirrored},
+                        {"shifted by 7 m", Site::kShifted},
+                        {"random clutter", Site::kClutter}};
+  for (const Kind& kind : kinds) {
+    head(kind.name);
+    for (const double sigma : {0.1, 1.0}) {
+      for (const double d : {0.05, 0.1, 0.3, 1.0, 2.0, 4.0}) {
+        Cell c = usual(d);
+        c.site = kind.site;
+        c.start = {sigma, 0.02};
+        print(text("%.2f per m2, sigma %.1f m", d, sigma).c_str(), run(c, search, trials));
+      }
+    }
+  }
+}
+
+void structure_cells(bool right_place, bool confirmed) {
+  for (const double sigma : {0.1, 1.0}) {
+    for (const Pattern pattern : {Pattern::kLattice, Pattern::kRows}) {
+      for (const double d : {0.25, 1.0, 4.0}) {
+        for (const double jitter : {0.0, 0.02, 0.05, 0.1}) {
+          Cell c = usual(d);
+          c.ground.pattern = pattern;
+          c.ground.jitter_m = jitter;
+          c.site = right_place ? Site::kRight : Site::kElsewhere;
+          c.start = {sigma, 0.02};
+          c.confirmed = confirmed;
+          print(text(pattern == Pattern::kLattice ? "lattice %.2f per m2, jitter %.2f, sigma %.1f"
+                                                  : "rows %.2f per m2, jitter %.2f, sigma %.1f",
+                     d, jitter, sigma)
+                    .c_str(),
+                run(c, search, trials));
+        }
+      }
+    }
+    for (const double d : {0.5, 1.0, 2.0}) {
+      for (const int per : {3, 8, 12}) {
+        for (const double spread : {0.1, 0.15, 0.3, 0.5}) {
+          Cell c = usual(d);
+          if (right_place) {
+            c.most = 0;
+            c.view.boulders = 29;
+            c.view.truths = 20;
+          }
+          c.ground.pattern = Pattern::kClusters;
+          c.ground.per_cluster = per;
+          c.ground.spread_m = spread;
+          c.site = right_place ? Site::kRight : Site::kElsewhere;
+          c.start = {sigma, 0.02};
+          c.confirmed = confirmed;
+          print((text("clusters of %.0f, spread %.2f, sigma %.1f", per, spread, sigma) +
+                 text(", %.1f per m2", d))
+                    .c_str(),
+                run(c, search, trials));
+        }
+      }
+    }
+  }
+}
+void suite_structure() {
+  head("lattices, rows, clusters of another place");
+  structure_cells(false, false);
+}
+void suite_confirmed_structure() {
+  head("lattices, rows, clusters of another place, track wrongly confirmed (prior odds of 1000)");
+  structure_cells(false, true);
+}
+void suite_right_structure() {
+  head("lattices, rows, clusters of the right place (clusters: 20 true of 29)");
+  structure_cells(true, false);
+}
+
+void suite_tracking() {
+  head("tracking: error up to 20 m, heading +-10 degrees, 50 % clutter");
+  const double density[] = {0.01, 0.04, 0.1, 0.3, 0.4};
+  const int needed[] = {6, 8, 9, 11, 12};  // EVIDENCE's table, E = 20 m, 50 % clutter
+  for (int k = 0; k < 5; ++k) {
+    for (const bool half : {false, true}) {
+      Cell c;
+      c.ground.per_m2 = density[k];
+      c.view.truths = half ? (needed[k] + 2) / 2 : needed[k] + 2;
+      c.view.boulders = 2 * c.view.truths;
+      c.start = {7.0, 0.07, 0.0, 20.0, 10.0 * kRadPerDeg};
+      c.start.ring_spacings = 1.0;
+      print((text("%.2f per m2, %.0f true", density[k], c.view.truths) + (half ? " (half)" : "")).c_str(),
+            run(c, search, trials));
+    }
+  }
+}
+
+void suite_scale() {
+  head("a map too large, scale looked for to 3 %");
+  for (const double scale : {1.0, 1.02, 1.04}) {
+    for (const double d : {0.3, 1.0}) {
+      Cell c = usual(d);
+      c.fewest = 20;
+      c.start = {0.35, 0.02};
+      c.map_scale = scale;
+      c.scale_sigma = 0.03;
+      print(text("%.2f, %.1f per m2", scale, d).c_str(), run(c, search, trials));
+    }
+  }
+}
+
+void suite_calibration() {
+  std::printf("\nfalse rate: nominal 1/ratio, observed, predicted by importance sampling\n");
+  for (const double d : {0.3, 1.0, 4.0}) {
+    Cell c = usual(d);
+    c.start = {0.35, 0.02};
+    c.site = Site::kElsewhere;
+    const std::vector<Outcome> null = run(c, search, 10 * trials);
+    c.site = Site::kRight;
+    const std::vector<Outcome> same = run(c, search, 10 * trials);
+    for (const double t : {std::log(3.0), std::log(10.0), std::log(100.0), std::log(1000.0)}) {
+      int seen = 0;
+      double said = 0.0;
+      for (const Outcome& o : null) seen += o.log_ratio > t;
+      for (const Outcome& o : same) said += o.log_ratio > t ? std::exp(-o.log_ratio) : 0.0;
+      std::printf("%.1f per m2  nominal %.4f  observed %.6f (%d)  predicted %.6f\n", d, std::exp(-t),
+                  1.0 * seen / null.size(), seen, said / same.size());
+    }
+  }
+}
+
+void suite_coverage() {
+  std::printf("\ncovariance of accepted fixes: inside the 50 %% and 95 %% ellipse, median error\n");
+  for (const double d : {0.3, 1.0, 2.0, 4.0}) {
+    Cell c = usual(d);
+    c.start = {0.1, 0.02};
+    c.confirmed = true;
+    const std::vector<Outcome> all = run(c, search, std::max(trials, 400));
+    int n = 0, half = 0, most = 0;
+    std::vector<double> errors;
+    for (const Outcome& o : all) {
+      if (!o.accepted) continue;
+      ++n;
+      half += o.nees2 <= 1.3863;
+      most += o.nees2 <= 5.9915;
+      errors.push_back(o.error_m);
+    }
+    std::sort(errors.begin(), errors.end());
+    std::printf("%.1f per m2: %d fixes, %.1f %%, %.1f %%, median %.4f m, largest %.3f m\n", d, n,
+                100.0 * half / n, 100.0 * most / n, errors[n / 2], errors.back());
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  struct Suite {
+    const char* name;
+    void (*run)();
+  };
+  const Suite suites[] = {{"start", suite_start},
+                          {"wrong", suite_wrong},
+                          {"structure", suite_structure},
+                          {"confirmed-structure", suite_confirmed_structure},
+                          {"right-structure", suite_right_structure},
+                          {"tracking", suite_tracking},
+                          {"scale", suite_scale},
+                          {"calibration", suite_calibration},
+                          {"coverage", suite_coverage},
+                          {"peers", suite_peers}};
+  std::vector<std::string> chosen;
+  for (int i = 1; i < argc; ++i) {
+    const std::string a = argv[i];
+    const bool more = i + 1 < argc;
+    if (a == "--trials" && more)
+      trials = std::max(1, std::atoi(argv[++i]));
+    else if (a == "--seed" && more)
+      seed = std::strtoull(argv[++i], nullptr, 10);
+    else if (a == "--threads" && more)
+      threads = std::clamp(std::atoi(argv[++i]), 1, 2);
+    else
+      chosen.push_back(a);
+  }
+  for (const std::string& name : chosen) {
+    if (std::none_of(std::begin(suites), std::end(suites), [&](const Suite& s) { return name == s.name; })) {
+      std::fprintf(stderr, "bench_fix: no suite '%s'; there are:", name.c_str());
+      for (const Suite& s : suites) std::fprintf(stderr, " %s", s.name);
+      std::fprintf(stderr, "\n");
+      return 2;
+    }
+  }
+  for (const Suite& s : suites) {
+    if (chosen.empty() || std::find(chosen.begin(), chosen.end(), s.name) != chosen.end()) s.run();
+  }
+  return 0;
+}

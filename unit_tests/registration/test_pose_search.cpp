@@ -1,0 +1,281 @@
+// Search and verdict together: the pose from far off, wrong maps and lattices declined, each status, slicing.
+#include "registration/pose_search.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "core/random.hpp"
+#include "support/cmocka.hpp"
+#include "support/slices.hpp"
+
+using namespace cairn;
+
+namespace {
+
+PoseSearchJob job;
+PoseSearchJob other_job;
+MapBoulders map_boulders;
+LocalMap local_map;
+
+const Vec2 kPivot(12.0, -7.0);
+const Pose2 kTruth{40.0, 55.0, 0.8};
+
+double uniform(Random& random, double low, double high) {
+  return low + (high - low) * (random.next() + 0.5) / 4294967296.0;
+}
+double gauss(Random& random) {
+  const double u = uniform(random, 0.0, 1.0);
+  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * kPi * uniform(random, 0.0, 1.0));
+}
+
+struct World {
+  double per_m2 = 1.0;
+  double window_m = 12.0;
+  int truths = 18;
+  int others = 8;
+  double see_m = 4.0;
+  double noise_m = 0.045;
+  double lattice_jitter_m = -1.0;  ///< -1: scattered
+};
+
+/// Map about the true pivot and what is seen there. The window is about where the rover thinks it is.
+void lay(Random& random, const World& world, const Vec2& think_off) {
+  map_boulders.clear();
+  local_map.clear();
+  const Vec2 centre = kTruth * kPivot;
+  const double half = world.window_m + 8.0;
+  const double spacing = 1.0 / std::sqrt(world.per_m2);
+  const int side = static_cast<int>(2.0 * half / spacing);
+  const Pose2 T_site_map = kTruth.inverse();
+  int truths = world.truths;
+  for (int i = 0; i < side * side; ++i) {
+    Vec2 p(uniform(random, -half, half), uniform(random, -half, half));
+    if (world.lattice_jitter_m >= 0.0) {
+      p = Vec2(i % side * spacing - half, i / side * spacing - half) +
+          world.lattice_jitter_m * Vec2(gauss(random), gauss(random));
+    }
+    if ((p - think_off).norm() <= world.window_m) {
+      MapBoulder b;
+      b.p_map_m = centre + p;
+      assert_true(map_boulders.push_back(b));
+    }
+    if (p.norm() > world.see_m || truths == 0 || random.below(3) == 0) continue;
+    --truths;
+    LocalBoulder b;
+    b.p_site_m = T_site_map * Vec2(centre + p) + world.noise_m * Vec2(gauss(random), gauss(random));
+    assert_true(local_map.push_back(b));
+  }
+  for (int i = 0; i < world.others; ++i) {
+    LocalBoulder b;
+    b.p_site_m = kPivot + Vec2(uniform(random, -3.0, 3.0), uniform(random, -3.0, 3.0));
+    assert_true(local_map.push_back(b));
+  }
+}
+
+Mat3 covariance(double sigma_m, double sigma_rad) {
+  return Vec3(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+}
+
+/// The truth, the pivot moved and turned about.
+Pose2 moved(const Vec2& off, double turn) {
+  Pose2 prior{0.0, 0.0, kTruth.yaw_rad + turn};
+  const Vec2 t = kTruth * kPivot + off - prior * kPivot;
+  prior.x_m = t.x();
+  prior.y_m = t.y();
+  return prior;
+}
+
+SearchStatus run(const World& world, const Vec2& off, double turn, const Mat3& c,
+                 const PoseSearchParams& params = PoseSearchParams()) {
+  if (job.start(params, map_boulders, world.window_m, local_map, moved(off, turn), kPivot, c) ==
+      SearchStatus::kRunning) {
+    assert_true(test::run_whole(job));
+  }
+  return job.status();
+}
+Vec2 error() { return job.result().T_map_site * kPivot - kTruth * kPivot; }
+
+void test_finds_the_pose_in_all_that_sigma_allows(void**) {
+  Random random(1);
+  for (const double sigma : {0.05, 0.3, 1.5}) {
+    for (int trial = 0; trial < 6; ++trial) {
+      const double a = uniform(random, -kPi, kPi);
+      const Vec2 off = 3.0 * sigma * Vec2(std::cos(a), std::sin(a));
+      World world;
+      world.window_m = 9.0 + 5.0 * sigma;
+      lay(random, world, off);
+      assert_status(run(world, off, trial % 2 == 0 ? 0.05 : -0.05, covariance(sigma, 0.03)),
+                    SearchStatus::kDone);
+      assert_status(job.result().verdict.status, VerdictStatus::kAccepted);
+      assert_true(error().norm() < 0.1);
+      assert_true(error().norm() < 5.0 * std::sqrt(job.result().covariance.topLeftCorner<2, 2>().trace()));
+      assert_near(job.result().T_map_site.yaw_rad, kTruth.yaw_rad, 0.03);
+    }
+  }
+}
+
+void test_other_ground_is_declined(void**) {
+  Random random(2);
+  for (int trial = 0; trial < 40; ++trial) {
+    World world;
+    world.per_m2 = trial % 2 == 0 ? 0.5 : 2.0;
+    lay(random, world, Vec2(0.0, 0.0));
+    const LocalMap elsewhere = local_map;
+    lay(random, world, Vec2(0.0, 0.0));
+    local_map = elsewhere;
+    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.5, 0.03)), SearchStatus::kDone);
+    assert_true(job.result().verdict.status != VerdictStatus::kAccepted);
+  }
+}
+
+/// A lattice agrees with itself at every cell, whether or not the place is right: told by the decoys where the
+/// prior leaves one cell alone, by the second best where it leaves more.
+void test_lattices_are_declined(void**) {
+  Random random(3);
+  for (const double sigma : {0.1, 0.5}) {
+    int chance = 0;
+    for (int trial = 0; trial < 10; ++trial) {
+      World world;
+      world.lattice_jitter_m = 0.02;
+      lay(random, world, Vec2(0.0, 0.0));
+      const LocalMap elsewhere = local_map;
+      if (trial % 2 == 0) lay(random, world, Vec2(0.0, 0.0));
+      local_map = elsewhere;
+      assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(sigma, 0.01)), SearchStatus::kDone);
+      const VerdictStatus v = job.result().verdict.status;
+      assert_true(v == VerdictStatus::kChanceAgreement || v == VerdictStatus::kAmbiguous);
+      chance += v == VerdictStatus::kChanceAgreement ? 1 : 0;
+    }
+    assert_true(sigma > 0.2 ? chance < 5 : chance > 5);
+  }
+}
+
+/// The rover is 1.5 m from where it claims to be within 0.1 m: never accepted, and the search says where it is.
+void test_a_wrong_claim_is_told(void**) {
+  Random random(4);
+  World world;
+  lay(random, world, Vec2(1.5, 0.0));
+  assert_status(run(world, Vec2(1.5, 0.0), 0.0, covariance(0.1, 0.02)), SearchStatus::kDone);
+  assert_true(job.result().verdict.status != VerdictStatus::kAccepted);
+  const Evidence& e = job.result().elsewhere;
+  assert_near(e.pose.x_m, -1.5, 0.1);
+  assert_true(e.log_ratio > 20.0);
+  // Just outside: the fix itself is inconsistent.
+  lay(random, world, Vec2(0.6, 0.0));
+  assert_status(run(world, Vec2(0.6, 0.0), 0.0, covariance(0.1, 0.02)), SearchStatus::kDone);
+  assert_status(job.result().verdict.status, VerdictStatus::kInconsistentWithPrior);
+}
+
+/// A map 4 % too large: declined or right to the map's boulders with the scale fixed, said with it free.
+void test_scale_is_said(void**) {
+  Random random(5);
+  World world;
+  world.per_m2 = 0.5;
+  world.truths = 20;
+  world.see_m = 6.0;
+  lay(random, world, Vec2(0.0, 0.0));
+  const Vec2 about = kTruth * kPivot;
+  for (MapBoulder& b : map_boulders) b.p_map_m = about + 1.04 * (b.p_map_m - about);
+  PoseSearchParams params;
+  params.evidence.scale_sigma = 0.03;
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.3, 0.02), params), SearchStatus::kDone);
+  assert_status(job.result().verdict.status, VerdictStatus::kAccepted);
+  assert_near(job.result().scale, 1.04, 4.0 * job.result().scale_sigma);
+  assert_true(error().norm() < 0.1);
+}
+
+void test_statuses(void**) {
+  Random random(6);
+  World world;
+  lay(random, world, Vec2(0.0, 0.0));
+  const Mat3 c = covariance(0.3, 0.02);
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(3.0, 0.02)), SearchStatus::kNoSearchRoom);
+  World narrow = world;
+  narrow.window_m = 5.5;
+  narrow.per_m2 = 0.05;
+  const LocalMap kept = local_map;
+  lay(random, narrow, Vec2(0.0, 0.0));
+  local_map = kept;
+  assert_status(run(narrow, Vec2(0.0, 0.0), 0.0, covariance(0.1, 0.02)), SearchStatus::kNoSearchRoom);
+  map_boulders.clear();
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c), SearchStatus::kNoMapBoulders);
+  lay(random, world, Vec2(0.0, 0.0));
+  local_map.resize(1);
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c), SearchStatus::kNoLocalBoulders);
+  // Two boulders that agree with nothing.
+  local_map.resize(2);
+  local_map[0].p_site_m = kPivot;
+  local_map[1].p_site_m = kPivot + Vec2(0.6, 0.0);
+  map_boulders.resize(60);
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c), SearchStatus::kDone);
+  const VerdictStatus v = job.result().verdict.status;
+  assert_true(v == VerdictStatus::kNoHypothesis || v == VerdictStatus::kTooLittleEvidence);
+}
+
+void test_bad_input(void**) {
+  Random random(7);
+  World world;
+  lay(random, world, Vec2(0.0, 0.0));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Mat3 c = covariance(0.3, 0.02);
+  assert_status(run(world, Vec2(nan, 0.0), 0.0, c), SearchStatus::kBadInput);
+  assert_status(run(world, Vec2(0.0, 0.0), nan, c), SearchStatus::kBadInput);
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(nan, 0.02)), SearchStatus::kBadInput);
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(1e160, 0.02)), SearchStatus::kBadInput);
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.0, 0.02)), SearchStatus::kBadInput);
+  PoseSearchParams params;
+  params.max_pairs = 0;
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c, params), SearchStatus::kBadInput);
+  params = PoseSearchParams();
+  params.verdict.prior_log_odds = 20.0;
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c, params), SearchStatus::kBadInput);
+  world.window_m = nan;
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c), SearchStatus::kBadInput);
+  world.window_m = 12.0;
+  map_boulders[3].p_map_m.y() = nan;
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c), SearchStatus::kBadInput);
+  lay(random, world, Vec2(0.0, 0.0));
+  local_map[2].p_site_m.x() = nan;
+  assert_status(run(world, Vec2(0.0, 0.0), 0.0, c), SearchStatus::kBadInput);
+}
+
+/// The whole in one step and in tiny ones; no unit above its bound.
+void test_slices_give_the_same(void**) {
+  Random random(8);
+  World world;
+  lay(random, world, Vec2(0.4, 0.0));
+  const Mat3 c = covariance(0.3, 0.02);
+  assert_status(run(world, Vec2(0.4, 0.0), 0.02, c), SearchStatus::kDone);
+  assert_status(other_job.start(PoseSearchParams(), map_boulders, world.window_m, local_map,
+                                moved(Vec2(0.4, 0.0), 0.02), kPivot, c),
+                SearchStatus::kRunning);
+  std::uint64_t most = 0;
+  for (bool more = true; more;) {
+    WorkBudget budget(1);
+    more = other_job.step(budget) == Progress::kMore;
+    if (budget.spent() > most) most = budget.spent();
+  }
+  assert_true(most <= 20000);
+  const SearchResult& a = job.result();
+  const SearchResult& b = other_job.result();
+  assert_true(a.T_map_site.x_m == b.T_map_site.x_m && a.T_map_site.yaw_rad == b.T_map_site.yaw_rad);
+  assert_true(a.covariance == b.covariance);
+  assert_true(a.verdict.log_ratio == b.verdict.log_ratio && a.verdict.chance_log == b.verdict.chance_log);
+  assert_int_equal(a.looks, b.looks);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_finds_the_pose_in_all_that_sigma_allows),
+      cmocka_unit_test(test_other_ground_is_declined),
+      cmocka_unit_test(test_lattices_are_declined),
+      cmocka_unit_test(test_a_wrong_claim_is_told),
+      cmocka_unit_test(test_scale_is_said),
+      cmocka_unit_test(test_statuses),
+      cmocka_unit_test(test_bad_input),
+      cmocka_unit_test(test_slices_give_the_same),
+  };
+  return cmocka_run_group_tests_name("registration/pose_search", tests, nullptr, nullptr);
+}

@@ -1,0 +1,468 @@
+// Verdict: the evidence against the formula written down once more, what each term of it does, the pose and its
+// covariance by Monte Carlo, each status, slicing.
+#include "registration/verdict.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "core/random.hpp"
+#include "support/cmocka.hpp"
+#include "support/slices.hpp"
+
+using namespace cairn;
+
+namespace {
+
+Ground ground;
+EvidenceJob job;
+EvidenceJob other_job;
+MapBoulders map_boulders;
+LocalMap local_map;
+Sightings seen;
+
+const Vec2 kPivot(3.0, -2.0);
+const Vec2 kCentre(40.0, 55.0);  // where the pivot is
+constexpr double kYaw = 0.8;
+constexpr double kWindow_m = 8.0;
+
+double uniform(Random& random, double low, double high) {
+  return low + (high - low) * (random.next() + 0.5) / 4294967296.0;
+}
+double gauss(Random& random) {
+  const double u = uniform(random, 0.0, 1.0);
+  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * kPi * uniform(random, 0.0, 1.0));
+}
+
+void add_local(const Vec2& p_map, float diameter_m = 0.0F) {
+  LocalBoulder b;
+  const SinCos r = sin_cos(kYaw);
+  const Vec2 d = p_map - kCentre;
+  b.p_site_m = kPivot + Vec2(r.cos * d.x() + r.sin * d.y(), -r.sin * d.x() + r.cos * d.y());
+  b.diameter_m = diameter_m;
+  assert_true(local_map.push_back(b));
+}
+
+/// Scattered boulders in the window; `truths` of those within 5 m seen with noise, and `others`.
+void lay(Random& random, double per_m2, int truths, int others, double noise_m) {
+  map_boulders.clear();
+  local_map.clear();
+  const int count = static_cast<int>(per_m2 * kPi * kWindow_m * kWindow_m);
+  while (static_cast<int>(map_boulders.size()) < count) {
+    const Vec2 p(uniform(random, -kWindow_m, kWindow_m), uniform(random, -kWindow_m, kWindow_m));
+    if (p.norm() > kWindow_m) continue;
+    MapBoulder b;
+    b.p_map_m = kCentre + p;
+    assert_true(map_boulders.push_back(b));
+  }
+  for (const MapBoulder& b : map_boulders) {
+    if (truths == 0) break;
+    if ((b.p_map_m - kCentre).norm() > 5.0) continue;
+    add_local(b.p_map_m + noise_m * Vec2(gauss(random), gauss(random)));
+    --truths;
+  }
+  assert_int_equal(truths, 0);
+  while (others-- > 0) {
+    add_local(kCentre + Vec2(uniform(random, -2.8, 2.8), uniform(random, -2.8, 2.8)));
+  }
+}
+
+PosePrior prior_of(double sigma_m, double sigma_rad, const Hypothesis& mean) {
+  const Mat3 covariance = Vec3(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+  PosePrior prior;
+  assert_true(gaussian_prior(mean, covariance, prior));
+  return prior;
+}
+
+void weigh(const EvidenceParams& params, const PosePrior& prior, const Hypothesis& from) {
+  assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05), GridStatus::kRunning);
+  assert_true(test::run_whole(ground));
+  assert_true(sightings(params, ground, local_map, kPivot, seen));
+  assert_status(job.start(params, ground, seen, prior, from), EvidenceStatus::kRunning);
+  assert_true(test::run_whole(job));
+}
+
+const Hypothesis kTruth = {0.0, 0.0, kYaw, 1.0};
+
+// ---- the evidence -----------------------------------------------------------------------------------------
+
+/// S as the header has it, from the pose, through all boulders.
+double written_out(const EvidenceParams& params, const Hypothesis& h) {
+  const std::size_t n = seen.size();
+  double ratio[64] = {};
+  int nearest[64] = {};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double c = std::cos(h.yaw_rad);
+    const double s = std::sin(h.yaw_rad);
+    const Vec2 at(h.x_m + c * seen[i].x_m - s * seen[i].y_m, h.y_m + s * seen[i].x_m + c * seen[i].y_m);
+    const double s2 = params.sigma_pair_m * params.sigma_pair_m;
+    double most = 0.0;
+    nearest[i] = -1;
+    for (std::size_t k = 0; k < map_boulders.size(); ++k) {
+      const double r2 = (map_boulders[k].p_map_m - kCentre - at).squaredNorm();
+      if (r2 > 16.0 * s2) continue;
+      const double part = std::exp(-r2 / (2.0 * s2)) / (2.0 * kPi * s2);
+      ratio[i] += part / ground.density(at.x(), at.y());
+      if (part > most) nearest[i] = static_cast<int>(k);
+      if (part > most) most = part;
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < n; ++k) {
+      if (i != k && nearest[i] >= 0 && nearest[i] == nearest[k] && ratio[k] > ratio[i]) ratio[i] = 0.0;
+    }
+  }
+  double mean = 0.0;
+  for (const double p : {0.25, 0.5, 0.75, 0.92}) {
+    double product = 1.0;
+    for (std::size_t i = 0; i < n; ++i) product *= 1.0 - p + p * ratio[i];
+    mean += 0.25 * product;
+  }
+  return std::log(mean);
+}
+
+void test_evidence_is_the_formula(void**) {
+  Random random(1);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  for (const double density : {0.3, 1.0, 3.0}) {
+    for (int trial = 0; trial < 10; ++trial) {
+      lay(random, density, 12, 6, 0.045);
+      const PosePrior prior = prior_of(0.2, 0.03, {0.05, -0.03, kYaw + 0.01, 1.0});
+      weigh(params, prior, {0.03, 0.02, kYaw - 0.01, 1.0});
+      assert_status(job.status(), EvidenceStatus::kDone);
+      const Evidence& e = job.result();
+      assert_near(e.S, written_out(params, e.pose), 1e-9);
+      const double dx = e.pose.x_m - 0.05;
+      const double dy = e.pose.y_m + 0.03;
+      const double turn = e.pose.yaw_rad - kYaw - 0.01;
+      assert_near(e.chi2, (dx * dx + dy * dy) / 0.04 + turn * turn / 0.0009, 1e-9);
+      assert_near(e.log_ratio, e.S - 0.5 * e.chi2 + e.log_volume - prior.log_volume, 1e-12);
+      assert_true(e.innovation2 >= e.chi2);
+    }
+  }
+}
+
+void test_volume_of_priors(void**) {
+  const PosePrior prior = prior_of(0.2, 0.03, kTruth);
+  assert_near(prior.log_volume, std::log(std::pow(2.0 * kPi, 1.5) * 0.2 * 0.2 * 0.03), 1e-12);
+  assert_near(flat_prior(kTruth, 50.0, 0.4).log_volume, std::log(20.0), 1e-12);
+  PosePrior out;
+  assert_false(gaussian_prior(kTruth, Mat3::Zero(), out));
+  Mat3 negative = Mat3::Identity();
+  negative(0, 1) = negative(1, 0) = 2.0;
+  assert_false(gaussian_prior(kTruth, negative, out));
+  assert_false(gaussian_prior(kTruth, Mat3::Identity() * std::numeric_limits<double>::quiet_NaN(), out));
+}
+
+/// A prior ten times wider on each axis costs 3 ln 10 nats where the boulders hold the pose.
+void test_wider_priors_cost_their_volume(void**) {
+  Random random(2);
+  EvidenceParams params;
+  lay(random, 0.5, 14, 4, 0.0);
+  weigh(params, prior_of(1.0, 0.1, kTruth), kTruth);
+  const double narrow = job.result().log_ratio;
+  weigh(params, prior_of(10.0, 1.0, kTruth), kTruth);
+  assert_near(narrow - job.result().log_ratio, 3.0 * std::log(10.0), 0.05);
+}
+
+/// The mean of the likelihood ratio under the null is 1: scattered local boulders, at a pose held fixed.
+void test_mean_ratio_of_chance_is_one(void**) {
+  Random random(3);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.1;
+  double mean = 0.0;
+  constexpr int kTrials = 4000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    lay(random, 1.0, 0, 2, 0.0);
+    weigh(params, prior_of(1e-4, 1e-5, kTruth), kTruth);
+    if (job.status() != EvidenceStatus::kDiverged) mean += std::exp(job.result().S) / kTrials;
+  }
+  assert_true(mean > 0.7 && mean < 1.3);
+}
+
+/// Two local boulders on one map boulder are not two pieces of evidence; nor are near duplicates.
+void test_a_map_boulder_is_evidence_once(void**) {
+  Random random(4);
+  EvidenceParams params;
+  lay(random, 0.3, 10, 0, 0.02);
+  weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+  const double once = job.result().S;
+  const LocalMap before = local_map;
+  for (const LocalBoulder& b : before) {
+    LocalBoulder twin = b;
+    twin.p_site_m += Vec2(0.13, 0.0);  // farther than 2 sigma: a sighting of its own
+    assert_true(local_map.push_back(twin));
+  }
+  weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+  assert_int_equal(seen.size(), 20);
+  assert_true(job.result().S < once);
+  local_map = before;
+  for (const LocalBoulder& b : before) {
+    LocalBoulder twin = b;
+    twin.p_site_m += Vec2(0.05, 0.0);
+    assert_true(local_map.push_back(twin));
+  }
+  weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+  assert_int_equal(seen.size(), 10);
+  assert_near(job.result().S, once, 0.0);
+}
+
+/// Clutter costs, truths pay, and on dense ground they pay less.
+void test_what_pays(void**) {
+  Random random(5);
+  EvidenceParams params;
+  double last = 1e9;
+  for (const double density : {0.5, 1.0, 2.0, 4.0}) {
+    double ratio = 0.0;
+    for (int trial = 0; trial < 20; ++trial) {
+      lay(random, density, 16, 4, 0.045);
+      weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+      ratio += job.result().log_ratio / 20.0;
+    }
+    assert_true(ratio > 5.0 && ratio < last);
+    last = ratio;
+  }
+}
+
+/// Sizes that agree are evidence, sizes that do not agree speak against.
+void test_sizes(void**) {
+  Random random(6);
+  EvidenceParams params;
+  params.size_sigma = 0.2;
+  const auto sized = [&](bool right) {
+    random = Random(6);
+    lay(random, 2.0, 15, 0, 0.045);
+    for (MapBoulder& b : map_boulders)
+      b.diameter_m = static_cast<float>(0.1 * std::pow(uniform(random, 0.01, 1.0), -0.5));
+    for (LocalBoulder& l : local_map) {
+      const SinCos r = sin_cos(kYaw);
+      const Vec2 q = l.p_site_m - kPivot;
+      const Vec2 at = kCentre + Vec2(r.cos * q.x() - r.sin * q.y(), r.sin * q.x() + r.cos * q.y());
+      const MapBoulder* nearest = &map_boulders[0];
+      for (const MapBoulder& b : map_boulders) {
+        if ((b.p_map_m - at).norm() < (nearest->p_map_m - at).norm()) nearest = &b;
+      }
+      l.diameter_m = nearest->diameter_m * static_cast<float>(right ? std::exp(0.15 * gauss(random)) : 3.0);
+    }
+    weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+    return job.result().S;
+  };
+  const double agree = sized(true);
+  const double disagree = sized(false);
+  params.size_sigma = 0.0;
+  const double unknown = sized(true);
+  assert_true(agree > unknown + 5.0);
+  assert_true(disagree < unknown - 5.0);
+}
+
+// ---- the pose ---------------------------------------------------------------------------------------------
+
+/// 300 fixes: half of them inside the 50 % ellipsoid, 95 % inside the 95 % one, though sigma is taken too large.
+void test_covariance_holds(void**) {
+  Random random(7);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.06;
+  int half = 0;
+  int most = 0;
+  constexpr int kTrials = 300;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    lay(random, 1.0, 20, 8, 0.045);
+    weigh(params, prior_of(0.5, 0.1, kTruth), {0.03, -0.03, kYaw + 0.01, 1.0});
+    const Evidence& e = job.result();
+    const Vec3 off(e.pose.x_m, e.pose.y_m, e.pose.yaw_rad - kYaw);
+    const Mat3 c = e.covariance.topLeftCorner<3, 3>();
+    const double d2 = off.dot(Vec3(c.inverse() * off));
+    half += d2 <= 2.366 ? 1 : 0;
+    most += d2 <= 7.815 ? 1 : 0;
+  }
+  assert_in_range(half, 120, 195);
+  assert_in_range(most, 273, 298);
+}
+
+void test_scale_is_found(void**) {
+  Random random(8);
+  EvidenceParams params;
+  params.scale_sigma = 0.03;
+  lay(random, 0.5, 16, 4, 0.02);
+  for (MapBoulder& b : map_boulders) b.p_map_m = kCentre + 1.03 * (b.p_map_m - kCentre);
+  weigh(params, prior_of(0.5, 0.05, kTruth), kTruth);
+  assert_status(job.status(), EvidenceStatus::kDone);
+  assert_near(job.result().pose.scale, 1.03, 4.0 * std::sqrt(job.result().covariance(3, 3)));
+  assert_true(job.result().covariance(3, 3) < 0.005 * 0.005);
+  const double free = job.result().log_ratio;
+  params.scale_sigma = 0.0;
+  weigh(params, prior_of(0.5, 0.05, kTruth), kTruth);
+  assert_near(job.result().pose.scale, 1.0, 0.0);
+  assert_near(job.result().covariance(3, 3), 0.0, 0.0);
+  assert_true(free > job.result().log_ratio + 10.0);
+}
+
+void test_nothing_near_diverges(void**) {
+  Random random(9);
+  lay(random, 0.05, 3, 0, 0.0);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.001;
+  weigh(params, flat_prior(kTruth, 10.0, 1.0), {0.31, 0.17, kYaw + 0.2, 1.0});
+  assert_status(job.status(), EvidenceStatus::kDiverged);
+}
+
+void test_bad_input(void**) {
+  Random random(10);
+  lay(random, 1.0, 5, 5, 0.0);
+  const PosePrior prior = prior_of(0.2, 0.03, kTruth);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EvidenceParams params;
+  weigh(params, prior, kTruth);
+  for (const double bad : {nan, -1.0, 1e9}) {
+    params = EvidenceParams();
+    params.sigma_pair_m = bad;
+    assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kBadInput);
+    params = EvidenceParams();
+    params.size_sigma = bad;
+    assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kBadInput);
+    params = EvidenceParams();
+    params.scale_sigma = bad;
+    assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kBadInput);
+    params = EvidenceParams();
+    params.match_share = bad;
+    assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kBadInput);
+    params = EvidenceParams();
+    params.scale_sigma = 0.03;
+    Hypothesis h = kTruth;
+    h.scale = bad;
+    assert_status(job.start(params, ground, seen, prior, h), EvidenceStatus::kBadInput);
+  }
+  params = EvidenceParams();
+  Hypothesis h = kTruth;
+  h.x_m = nan;
+  assert_status(job.start(params, ground, seen, prior, h), EvidenceStatus::kBadInput);
+  local_map[0].p_site_m.x() = nan;
+  assert_false(sightings(params, ground, local_map, kPivot, seen));
+  const Sightings none;
+  assert_status(job.start(params, ground, none, prior, kTruth), EvidenceStatus::kBadInput);
+}
+
+void test_slices_give_the_same(void**) {
+  Random random(11);
+  lay(random, 2.0, 15, 10, 0.045);
+  const PosePrior prior = prior_of(0.2, 0.03, kTruth);
+  EvidenceParams params;
+  weigh(params, prior, {0.05, 0.05, kYaw, 1.0});
+  assert_status(other_job.start(params, ground, seen, prior, {0.05, 0.05, kYaw, 1.0}),
+                EvidenceStatus::kRunning);
+  int slices = 0;
+  for (bool more = true; more; ++slices) {
+    WorkBudget budget(1);
+    more = other_job.step(budget) == Progress::kMore;
+    assert_true(budget.spent() < 20000);
+  }
+  assert_true(slices > 100);
+  assert_near(other_job.result().log_ratio, job.result().log_ratio, 0.0);
+  assert_near(other_job.result().pose.x_m, job.result().pose.x_m, 0.0);
+  assert_true(other_job.result().covariance == job.result().covariance);
+}
+
+// ---- the ground -------------------------------------------------------------------------------------------
+
+/// Half of the window twice as dense: each half's density within its counting error; beyond the map's edge no
+/// ground is claimed to be empty.
+void test_density_is_local(void**) {
+  Random random(12);
+  map_boulders.clear();
+  while (map_boulders.size() < 1800) {
+    const Vec2 p(uniform(random, -kWindow_m, kWindow_m), uniform(random, -kWindow_m, kWindow_m));
+    if (p.x() > 0.0 && random.below(2) == 0) continue;
+    if (p.y() > 4.0) continue;  // the map ends here
+    MapBoulder b;
+    b.p_map_m = kCentre + p;
+    assert_true(map_boulders.push_back(b));
+  }
+  assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05), GridStatus::kRunning);
+  const double left = 1200.0 / (12.0 * 8.0);
+  for (const double y : {-4.0, 0.0, 2.0, 3.8}) {
+    assert_near(ground.density(-4.0, y), left, 0.5 * left);
+    assert_near(ground.density(4.0, y), 0.5 * left, 0.3 * left);
+  }
+  assert_near(ground.area_m2(), 3.14159 * 64.0 * 0.804, 10.0);  // disc below y = 4 m
+  assert_true(ground.size_density(0.2) == 0.0);                 // no diameters known
+}
+
+// ---- the verdict ------------------------------------------------------------------------------------------
+
+Evidence strong() {
+  Evidence e;
+  e.S = 40.0;
+  e.log_volume = -10.0;
+  e.log_ratio = 30.0;
+  e.innovation2 = 3.0;
+  return e;
+}
+
+void test_each_verdict(void**) {
+  const VerdictParams params;
+  const PosePrior prior = prior_of(0.1, 0.02, kTruth);
+  Decoys none;
+  none.log_volume = 1.0;
+  assert_status(judge(params, strong(), -1e3, prior, none).status, VerdictStatus::kAccepted);
+  Evidence e = strong();
+  e.log_ratio = params.ln_threshold - params.calibration - 0.01;
+  assert_status(judge(params, e, -1e3, prior, none).status, VerdictStatus::kTooLittleEvidence);
+  VerdictParams confirmed;
+  confirmed.prior_log_odds = 6.9;
+  assert_status(judge(confirmed, e, -1e3, prior, none).status, VerdictStatus::kAccepted);
+  assert_status(judge(params, strong(), 30.0 - params.second_margin + 0.01, prior, none).status,
+                VerdictStatus::kAmbiguous);
+  assert_status(judge(params, strong(), 30.0 - params.second_margin - 0.01, prior, none).status,
+                VerdictStatus::kAccepted);
+  e = strong();
+  e.innovation2 = params.innovation2_limit + 0.01;
+  assert_status(judge(params, e, -1e3, prior, none).status, VerdictStatus::kInconsistentWithPrior);
+}
+
+/// Decoys that score as scattered boulders do change nothing; one that scores as well, or many that show a long
+/// tail, do.
+void test_decoys(void**) {
+  const VerdictParams params;
+  const PosePrior prior = prior_of(0.1, 0.02, kTruth);
+  Decoys decoys;
+  decoys.log_volume = 1.0;
+  for (const double score : {2.0, 5.0, 7.0, 9.0}) assert_true(decoys.scores.push_back(score));
+  Verdict v = judge(params, strong(), -1e3, prior, decoys);
+  assert_status(v.status, VerdictStatus::kAccepted);
+  assert_near(v.theta, 1.0, 0.0);
+  assert_near(v.chance_log,
+              40.0 - 9.0 - std::log(1.0 + std::exp(-2.0) + std::exp(-4.0) + std::exp(-7.0)) -
+                  (prior.log_volume - 1.0),
+              1e-9);
+  assert_true(decoys.scores.push_back(39.0));
+  v = judge(params, strong(), -1e3, prior, decoys);
+  assert_status(v.status, VerdictStatus::kChanceAgreement);
+  decoys.scores.clear();
+  for (int i = 0; i < 12; ++i) assert_true(decoys.scores.push_back(16.0 + 1.5 * i));  // clusters, say
+  v = judge(params, strong(), -1e3, prior, decoys);
+  assert_true(v.theta > 5.0);
+  assert_status(v.status, VerdictStatus::kChanceAgreement);
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_evidence_is_the_formula),
+      cmocka_unit_test(test_volume_of_priors),
+      cmocka_unit_test(test_wider_priors_cost_their_volume),
+      cmocka_unit_test(test_mean_ratio_of_chance_is_one),
+      cmocka_unit_test(test_a_map_boulder_is_evidence_once),
+      cmocka_unit_test(test_what_pays),
+      cmocka_unit_test(test_sizes),
+      cmocka_unit_test(test_covariance_holds),
+      cmocka_unit_test(test_scale_is_found),
+      cmocka_unit_test(test_nothing_near_diverges),
+      cmocka_unit_test(test_bad_input),
+      cmocka_unit_test(test_slices_give_the_same),
+      cmocka_unit_test(test_density_is_local),
+      cmocka_unit_test(test_each_verdict),
+      cmocka_unit_test(test_decoys),
+  };
+  return cmocka_run_group_tests_name("registration/verdict", tests, nullptr, nullptr);
+}
