@@ -25,6 +25,7 @@ struct LocalBoulder {
   double z_site_m = 0.0;
   float diameter_m = 0.0F;
   float spread_m = 0.0F;        ///< root mean square distance of its 3D points from their mean
+  float sigma_m = 0.0F;         ///< error of its place in the local map, on an axis; 0 = as of all
   std::uint32_t id = 0;         ///< unique over the drive
   std::uint16_t sightings = 0;  ///< frames in which it was seen
 };

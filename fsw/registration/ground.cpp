@@ -22,12 +22,25 @@ int clamp(double value, int count) {
 GridStatus Ground::start(const MapBoulders& boulders, const Vec2& centre_map_m, double radius_m,
                          double least_cell_m) {
   centre_map_m_ = centre_map_m;
-  radius_m_ = radius_m >= 1.0e-2 && radius_m <= 1.0e5 ? radius_m : -1.0;
-  const GridStatus laid = grid_.start(boulders, centre_map_m, radius_m_ > 0.0 ? least_cell_m : -1.0);
-  if (laid != GridStatus::kRunning) return laid;
-  measure_density();
-  measure_sizes();
-  return laid;
+  const bool good = radius_m >= 1.0e-2 && radius_m <= 1.0e5;
+  radius_m_ = good ? radius_m : 1.0;
+  phase_ = Phase::kGrid;
+  cursor_ = 0;
+  boulders_ = 0.0;
+  sized_ = 0.0F;
+  for (float& bin : sizes_) bin = 0.0F;
+  status_ = good ? grid_.start(boulders, centre_map_m, least_cell_m) : GridStatus::kBadInput;
+  return status_;
+}
+
+/// The box of the boulders in the disc, grown one by one.
+void Ground::box_one(const GridPoint& m) {
+  if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) return;
+  if (boulders_ == 0.0 || m.x_m < box_[0]) box_[0] = m.x_m;
+  if (boulders_ == 0.0 || m.x_m > box_[1]) box_[1] = m.x_m;
+  if (boulders_ == 0.0 || m.y_m < box_[2]) box_[2] = m.y_m;
+  if (boulders_ == 0.0 || m.y_m > box_[3]) box_[3] = m.y_m;
+  boulders_ += 1.0;
 }
 
 /// Area of a square that lies in disc and box, by 4 x 4 samples.
@@ -45,26 +58,14 @@ double Ground::covered(double x0, double y0, double side) const {
   return inside * side * side / 16.0;
 }
 
-void Ground::measure_density() {
-  double count = 0.0;
-  for (std::size_t k = 0; k < grid_.size(); ++k) {
-    const GridPoint& m = grid_[k];
-    if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) continue;
-    if (count == 0.0 || m.x_m < box_[0]) box_[0] = m.x_m;
-    if (count == 0.0 || m.x_m > box_[1]) box_[1] = m.x_m;
-    if (count == 0.0 || m.y_m < box_[2]) box_[2] = m.y_m;
-    if (count == 0.0 || m.y_m > box_[3]) box_[3] = m.y_m;
-    count += 1.0;
-  }
-  if (count == 0.0) box_[0] = box_[1] = box_[2] = box_[3] = 0.0;
+void Ground::lay_cells() {
+  if (boulders_ == 0.0) box_[0] = box_[1] = box_[2] = box_[3] = 0.0;
   // The box of n points falls short of the area that they were strewn over by one point's share each way.
-  const double room = 0.5 * (box_[1] - box_[0] + box_[3] - box_[2]) / (count + 1.0);
+  const double room = 0.5 * (box_[1] - box_[0] + box_[3] - box_[2]) / (boulders_ + 1.0);
   for (int side = 0; side < 4; ++side) box_[side] += side % 2 == 0 ? -room : room;
-
   const double disc = kPi * radius_m_ * radius_m_;
-  const double side = std::sqrt(kPerBlock / 9.0 * disc / (count + 1.0));
-  const double cells = 2.0 * radius_m_ / side + 1.0;
-  cells_ = clamp(cells, kMaxCells + 1);
+  const double side = std::sqrt(kPerBlock / 9.0 * disc / (boulders_ + 1.0));
+  cells_ = clamp(2.0 * radius_m_ / side + 1.0, kMaxCells + 1);
   if (cells_ < 1) cells_ = 1;
   cell_m_ = 2.0 * radius_m_ / cells_;
   area_m2_ = 0.0;
@@ -77,13 +78,22 @@ void Ground::measure_density() {
     }
   }
   if (!(area_m2_ > 0.0)) area_m2_ = disc;
-  density_ = (count > 0.0 ? count : 1.0) / area_m2_;
-  for (std::size_t k = 0; k < grid_.size(); ++k) {
-    const GridPoint& m = grid_[k];
-    if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) continue;
-    count_[clamp((m.y_m + radius_m_) / cell_m_, cells_) * cells_ +
-           clamp((m.x_m + radius_m_) / cell_m_, cells_)] += 1.0F;
+  density_ = (boulders_ > 0.0 ? boulders_ : 1.0) / area_m2_;
+}
+
+void Ground::count_one(const GridPoint& m) {
+  const auto d = static_cast<double>(m.diameter_m);
+  if (d > 0.0) {
+    sizes_[clamp(ln(d / kSmallest_m) / kBinWidth, kBins)] += 1.0F;
+    sized_ += 1.0F;
   }
+  if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) return;
+  const int x = clamp((m.x_m + radius_m_) / cell_m_, cells_);
+  const int y = clamp((m.y_m + radius_m_) / cell_m_, cells_);
+  count_[y * cells_ + x] += 1.0F;
+}
+
+void Ground::measure_density() {
   for (int y = 0; y < cells_; ++y) {
     for (int x = 0; x < cells_; ++x) {
       double boulders = 1.0;
@@ -106,24 +116,63 @@ double Ground::density(double x_m, double y_m) const {
 }
 
 void Ground::measure_sizes() {
-  double count[kBins] = {};
-  double all = 0.0;
-  for (std::size_t k = 0; k < grid_.size(); ++k) {
-    const auto d = static_cast<double>(grid_[k].diameter_m);
-    if (!(d > 0.0)) continue;
-    count[clamp(ln(d / kSmallest_m) / kBinWidth, kBins)] += 1.0;
-    all += 1.0;
-  }
+  const auto all = static_cast<double>(sized_);
   for (int i = 0; i < kBins; ++i) {
-    const double before = i > 0 ? count[i - 1] : count[i];
-    const double after = i + 1 < kBins ? count[i + 1] : count[i];
-    const double smooth = 0.25 * before + 0.5 * count[i] + 0.25 * after + 1.0 / kBins;
+    const auto here = static_cast<double>(sizes_[i]);
+    const double before = i > 0 ? static_cast<double>(sizes_[i - 1]) : here;
+    const double after = i + 1 < kBins ? static_cast<double>(sizes_[i + 1]) : here;
+    const double smooth = 0.25 * before + 0.5 * here + 0.25 * after + 1.0 / kBins;
     size_density_[i] = all > 0.0 ? static_cast<float>(smooth / (all + 1.0) / kBinWidth) : 0.0F;
   }
 }
 
 double Ground::size_density(double diameter_m) const {
   return static_cast<double>(size_density_[clamp(ln(diameter_m / kSmallest_m) / kBinWidth, kBins)]);
+}
+
+// ---- the cursor -------------------------------------------------------------------------------------------
+
+/// After the last unit of a phase; false at the end.
+bool Ground::next_phase() {
+  cursor_ = 0;
+  switch (phase_) {
+    case Phase::kGrid: phase_ = Phase::kBox; return true;
+    case Phase::kBox: phase_ = Phase::kCover; return true;
+    case Phase::kCover: phase_ = Phase::kCount; return true;
+    case Phase::kCount: phase_ = Phase::kDensity; return true;
+    case Phase::kDensity: break;
+  }
+  return false;
+}
+
+Progress Ground::step(WorkBudget& budget) {
+  constexpr std::size_t kChunk = 64;
+  constexpr std::uint32_t kCellOps = 36;
+  while (status_ == GridStatus::kRunning) {
+    if (phase_ == Phase::kGrid) {
+      if (grid_.step(budget) == Progress::kMore) return Progress::kMore;
+    } else if (phase_ == Phase::kCover || phase_ == Phase::kDensity) {
+      if (!budget.take(kCellOps * kMaxCells * kMaxCells)) return Progress::kMore;
+      if (phase_ == Phase::kCover) {
+        lay_cells();
+      } else {
+        measure_density();
+        measure_sizes();
+      }
+    } else {
+      if (!budget.take(35U * kChunk)) return Progress::kMore;
+      for (std::size_t n = 0; n < kChunk && cursor_ < grid_.size(); ++n, ++cursor_) {
+        if (phase_ == Phase::kBox) {
+          box_one(grid_[cursor_]);
+        } else {
+          count_one(grid_[cursor_]);
+        }
+      }
+      if (cursor_ < grid_.size()) continue;
+    }
+    if (!next_phase()) status_ = GridStatus::kReady;
+  }
+  return Progress::kDone;
 }
 
 }  // namespace cairn

@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kBasin = 4.0;       // sigmas between distinct poses
 constexpr double kLookSigmas = 3.5;  // beyond it a look is a miss whatever the density
-constexpr std::uint32_t kLookOps = 12;
 
 bool in_range(double value, double low, double high) { return value >= low && value <= high; }
 
@@ -68,16 +67,24 @@ SearchStatus PoseSearchJob::start(const PoseSearchParams& params, const MapBould
   local_ = local;
   const GridStatus laid_out = ground_.start(map, pivot_map_m_, window_radius_m, params.evidence.sigma_pair_m);
   if (laid_out != GridStatus::kRunning) return status_;
-  status_ = SearchStatus::kRunning;
+  sightings_.clear();
+  sighted_ = 0;
+  return status_ = SearchStatus::kRunning;
+}
+
+void PoseSearchJob::sight_next() {
+  if (sight(params_.evidence, ground_, local_, sighted_, pivot_site_m_, sightings_) == Sighted::kBad) {
+    status_ = SearchStatus::kBadInput;
+    return;
+  }
+  if (++sighted_ < local_.size()) return;
+  phase_ = Phase::kPair;
   const SearchStatus surveyed = survey();
   if (surveyed != SearchStatus::kRunning) status_ = surveyed;
-  return status_;
 }
 
 /// What there is to be laid where.
 SearchStatus PoseSearchJob::survey() {
-  if (!sightings(params_.evidence, ground_, local_, pivot_site_m_, sightings_))
-    return SearchStatus::kBadInput;
   result_.sightings = static_cast<int>(sightings_.size());
   if (sightings_.size() < 2) return SearchStatus::kNoLocalBoulders;
   const auto n = static_cast<double>(sightings_.size());
@@ -101,6 +108,8 @@ SearchStatus PoseSearchJob::survey() {
   reach_m_ = prior_reach + ring;
   if (room < 4.0 * sigma_max_m_ || reach_m_ < params_.least_ring * spacing)
     return SearchStatus::kNoSearchRoom;
+  miss_ = ln(1.0 - params_.evidence.match_share);
+  sizes_.max_ratio = params_.evidence.size_sigma > 0.0 ? exp(3.0 * params_.evidence.size_sigma) : 0.0;
   anywhere_ = flat_prior(prior_.mean, kPi * reach_m_ * reach_m_, 2.0 * reach_rad_);
   Candidate mean;
   mean.pose = prior_.mean;
@@ -131,12 +140,15 @@ bool PoseSearchJob::next_pair() {
   length_m_ = std::sqrt(dx * dx + dy * dy);
   const double least = 10.0 * params_.evidence.sigma_pair_m;
   if (twice || length_m_ < 0.5 * rms_radius_m_ || length_m_ > 2.0 * rms_radius_m_ || length_m_ < least) {
-    firsts_.clear();
+    length_m_ = 0.0;  // none
     return true;
   }
   ++result_.pairs;
+  // 3.5 sigmas of a length, and of the scale.
+  const double own2 =
+      sightings_[i_].sigma_m * sightings_[i_].sigma_m + sightings_[j_].sigma_m * sightings_[j_].sigma_m;
+  play_m_ = 3.5 * std::sqrt(own2) + 4.0 * params_.evidence.scale_sigma * length_m_;
   rank();
-  gather_firsts();
   return true;
 }
 
@@ -145,7 +157,6 @@ void PoseSearchJob::rank() {
   const double mx = 0.5 * (sightings_[i_].x_m + sightings_[j_].x_m);
   const double my = 0.5 * (sightings_[i_].y_m + sightings_[j_].y_m);
   const double p = params_.evidence.match_share;
-  const double log_miss = ln(1.0 - p);
   const double at_one = ln(p / (2.0 * kPi * ground_.density(0.0, 0.0)));
   ranked_.clear();
   for (std::size_t k = 0; k < sightings_.size(); ++k) {
@@ -157,7 +168,7 @@ void PoseSearchJob::rank() {
     const double t2 = s.sigma_m * s.sigma_m * (1.5 + 2.0 * r.d2 / (length_m_ * length_m_));
     r.c = at_one - ln(t2);
     r.half_info = 0.5 / t2;
-    double radius2 = (r.c - log_miss) / r.half_info;
+    double radius2 = (r.c - miss_) / r.half_info;
     if (radius2 > kLookSigmas * kLookSigmas * t2) radius2 = kLookSigmas * kLookSigmas * t2;
     r.radius = radius2 > 0.0 ? std::sqrt(radius2) : 0.0;
     CAIRN_ASSERT(ranked_.push_back(r));
@@ -183,10 +194,8 @@ void PoseSearchJob::gather_firsts() {
                      [this](std::uint16_t index, double) { CAIRN_ASSERT(firsts_.push_back(index)); });
 }
 
-/// Map boulders that the second one may be, with the first one laid on firsts_[first_].
-void PoseSearchJob::gather_seconds() {
-  const double scale_play = 4.0 * params_.evidence.scale_sigma * length_m_;
-  const double play = 5.0 * params_.evidence.sigma_pair_m + scale_play;  // 3.5 sigmas of a length
+/// Where the second one would lie with the first one laid on firsts_[first_], and how far from there it may.
+BoulderQuery PoseSearchJob::seconds_query() const {
   const double turn = reach_rad_ < 2.0 ? reach_rad_ : 2.0;
   const GridPoint& m = ground_.grid()[firsts_[first_]];
   const SinCos r = sin_cos(prior_.mean.yaw_rad);
@@ -195,21 +204,28 @@ void PoseSearchJob::gather_seconds() {
   GridPoint at;
   at.x_m = m.x_m + r.cos * dx - r.sin * dy;
   at.y_m = m.y_m + r.sin * dx + r.cos * dy;
-  const double least2 = (length_m_ - play) * (length_m_ - play);
-  const double most2 = (length_m_ + play) * (length_m_ + play);
+  return ground_.grid().query(at, turn * length_m_ + play_m_);
+}
+
+/// Those of a length that the pair may have.
+void PoseSearchJob::gather_seconds(const BoulderQuery& query) {
+  const GridPoint& m = ground_.grid()[firsts_[first_]];
+  const double least2 = (length_m_ - play_m_) * (length_m_ - play_m_);
+  const double most2 = (length_m_ + play_m_) * (length_m_ + play_m_);
   seconds_.clear();
   second_ = 0;
   const BoulderGrid& grid = ground_.grid();
-  grid.for_each_near(grid.query(at, turn * length_m_ + play), [&](std::uint16_t index, double) {
+  grid.for_each_near(query, [&](std::uint16_t index, double) {
     const double mx = grid[index].x_m - m.x_m;
     const double my = grid[index].y_m - m.y_m;
     const double l2 = mx * mx + my * my;
-    if (l2 < least2 || l2 > most2) return;
+    if (l2 < least2 || l2 > most2 || index == firsts_[first_]) return;
     if (!seconds_.push_back(index)) ++result_.cut;
   });
 }
 
-/// The pose of the pair laid on firsts_[first_] and `second`; false where that is out of reach.
+/// The pose of the pair laid on firsts_[first_] and `second`; false where that is out of reach, or nothing is
+/// left to look at.
 bool PoseSearchJob::hypothesise(std::uint16_t second) {
   const GridPoint& a = ground_.grid()[firsts_[first_]];
   const GridPoint& b = ground_.grid()[second];
@@ -239,32 +255,36 @@ bool PoseSearchJob::hypothesise(std::uint16_t second) {
   const double my = 0.5 * (i.y_m + j.y_m);
   h.x_m = 0.5 * (a.x_m + b.x_m) - h.scale * (cos_ * mx - sin_ * my);
   h.y_m = 0.5 * (a.y_m + b.y_m) - h.scale * (sin_ * mx + cos_ * my);
-  return h.x_m * h.x_m + h.y_m * h.y_m <= reach_m_ * reach_m_;
+  if (h.x_m * h.x_m + h.y_m * h.y_m > reach_m_ * reach_m_) return false;
+  ++result_.hypotheses;
+  looking_ = 0;
+  current_.score = 0.0;
+  if (!ranked_.empty()) return true;
+  file();  // two boulders, and all seen
+  return false;
 }
 
-/// Looks at the local boulders until the hypothesis is given up or all are seen; operations taken.
-std::uint32_t PoseSearchJob::look() {
-  const double miss = ln(1.0 - params_.evidence.match_share);
-  const SizeRule sizes = {params_.evidence.size_sigma > 0.0 ? exp(3.0 * params_.evidence.size_sigma) : 0.0};
+BoulderQuery PoseSearchJob::look_query() const {
+  const Ranked& r = ranked_[looking_];
+  const Sighting& s = sightings_[r.sighting];
   const Hypothesis& h = current_.pose;
-  double score = 0.0;
-  std::uint32_t ops = 0;
-  for (const Ranked& r : ranked_) {
-    const Sighting& s = sightings_[r.sighting];
-    GridPoint at;
-    at.x_m = h.x_m + h.scale * (cos_ * s.x_m - sin_ * s.y_m);
-    at.y_m = h.y_m + h.scale * (sin_ * s.x_m + cos_ * s.y_m);
-    at.diameter_m = static_cast<float>(s.diameter_m);
-    const BoulderQuery query = ground_.grid().query(at, r.radius);
-    const NearestBoulder near = ground_.grid().nearest(query, sizes);
-    ops += kLookOps + query.ops();
-    ++result_.looks;
-    score += near.index == BoulderGrid::kNone ? miss : r.c - near.r2_m2 * r.half_info;
-    if (score < params_.give_up) return ops;
-  }
-  current_.score = score;
+  GridPoint at;
+  at.x_m = h.x_m + h.scale * (cos_ * s.x_m - sin_ * s.y_m);
+  at.y_m = h.y_m + h.scale * (sin_ * s.x_m + cos_ * s.y_m);
+  at.diameter_m = static_cast<float>(s.diameter_m);
+  return ground_.grid().query(at, r.radius);
+}
+
+/// One local boulder under the hypothesis; false where that is given up or all are seen.
+bool PoseSearchJob::look(const BoulderQuery& query) {
+  const Ranked& r = ranked_[looking_];
+  const NearestBoulder near = ground_.grid().nearest(query, sizes_);
+  ++result_.looks;
+  current_.score += near.index == BoulderGrid::kNone ? miss_ : r.c - near.r2_m2 * r.half_info;
+  if (current_.score < params_.give_up) return false;
+  if (++looking_ < ranked_.size()) return true;
   file();
-  return ops;
+  return false;
 }
 
 bool PoseSearchJob::distinct(const Hypothesis& a, const Hypothesis& b) const {
@@ -376,42 +396,53 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
     switch (phase_) {
       case Phase::kGround:
         if (ground_.step(budget) == Progress::kMore) return Progress::kMore;
-        phase_ = Phase::kPair;
+        phase_ = Phase::kSight;
         break;
-      case Phase::kPair: {
-        const auto n = static_cast<std::uint32_t>(sightings_.size());
-        if (!budget.take(60U * n + 4U * static_cast<std::uint32_t>(ground_.grid().size())))
-          return Progress::kMore;
-        if (next_pair()) {
-          if (!firsts_.empty()) phase_ = Phase::kFirst;
-        } else {
+      case Phase::kSight:
+        if (!budget.take(30U + 3U * static_cast<std::uint32_t>(sightings_.size()))) return Progress::kMore;
+        sight_next();
+        break;
+      case Phase::kPair:
+        if (!budget.take(70U * static_cast<std::uint32_t>(sightings_.size()))) return Progress::kMore;
+        if (!next_pair()) {
           phase_ = Phase::kRefine;
           start_refining();
+        } else if (length_m_ > 0.0) {
+          phase_ = Phase::kGather;
         }
         break;
-      }
-      case Phase::kFirst:
+      case Phase::kGather:
+        if (!budget.take(30U + 4U * static_cast<std::uint32_t>(ground_.grid().size())))
+          return Progress::kMore;
+        gather_firsts();
+        phase_ = Phase::kFirst;
+        break;
+      case Phase::kFirst: {
         if (first_ == firsts_.size()) {
           phase_ = Phase::kPair;
           break;
         }
-        if (!budget.take(100)) return Progress::kMore;
-        gather_seconds();
-        phase_ = Phase::kLook;
+        const BoulderQuery query = seconds_query();
+        if (!budget.take(40U + query.ops())) return Progress::kMore;
+        gather_seconds(query);
+        phase_ = Phase::kSecond;
         break;
-      case Phase::kLook:
+      }
+      case Phase::kSecond:
         if (second_ == seconds_.size()) {
           ++first_;
           phase_ = Phase::kFirst;
           break;
         }
         if (!budget.take(60)) return Progress::kMore;
-        if (seconds_[second_] != firsts_[first_] && hypothesise(seconds_[second_])) {
-          ++result_.hypotheses;
-          budget.charge(look());
-        }
-        ++second_;
+        if (hypothesise(seconds_[second_++])) phase_ = Phase::kLook;
         break;
+      case Phase::kLook: {
+        const BoulderQuery query = look_query();
+        if (!budget.take(12U + query.ops())) return Progress::kMore;
+        if (!look(query)) phase_ = Phase::kSecond;
+        break;
+      }
       case Phase::kRefine:
         if (evidence_.step(budget) == Progress::kMore) return Progress::kMore;
         refined();

@@ -17,8 +17,8 @@
 /// chance does on this map is not known: kNoSearchRoom. To give the ring its whole width, a window should have
 /// reach_sigmas sigma + farthest local boulder + ring / sqrt(density).
 ///
-/// Cost. Map boulders within reach times pairs, some 20 looks each; units of one look, one pair of boulders, or
-/// one question to the grid. Static memory: sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
+/// Cost. start(): copies and checks, about 20 operations a boulder, on no budget. Then map boulders within reach
+/// times pairs, some 10 looks each; no unit above 20,000 operations. Static memory: sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ struct PoseSearchParams {
   VerdictParams verdict;
   double reach_sigmas = 5.0;  ///< [4, 8]
   int max_pairs = 64;         ///< of local boulders, [1, 4096]
-  double give_up = -4.0;      ///< nats, [-100, 0]
+  double give_up = -6.0;      ///< nats, [-100, 0]
   double ring = 3.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
   double least_ring = 1.5;    ///< [0, 10]
 };
@@ -44,7 +44,7 @@ enum class CAIRN_NODISCARD SearchStatus : std::uint8_t {
   kRunning,
   kDone,  ///< the verdict tells
   kNoMapBoulders,
-  kNoLocalBoulders,  ///< fewer than two
+  kNoLocalBoulders,  ///< fewer than two, near duplicates left out
   kNoSearchRoom,     ///< the map window is too small for the prior's sigma and the local map
   kBadInput,
 };
@@ -83,7 +83,7 @@ class PoseSearchJob {
   static constexpr std::size_t kInside = 16;
   static constexpr std::size_t kOutside = 28;
   static constexpr std::size_t kSeconds = 128;
-  enum class Phase : std::uint8_t { kGround, kPair, kFirst, kLook, kRefine };
+  enum class Phase : std::uint8_t { kGround, kSight, kPair, kGather, kFirst, kSecond, kLook, kRefine };
 
   struct Candidate {
     Hypothesis pose;
@@ -97,13 +97,16 @@ class PoseSearchJob {
     double radius = 0.0;     ///< beyond it a look is a miss
   };
 
+  void sight_next();
   SearchStatus survey();
   bool next_pair();
   void rank();
   void gather_firsts();
-  void gather_seconds();
+  BoulderQuery seconds_query() const;
+  void gather_seconds(const BoulderQuery& query);
   bool hypothesise(std::uint16_t second);
-  std::uint32_t look();
+  BoulderQuery look_query() const;
+  bool look(const BoulderQuery& query);
   bool distinct(const Hypothesis& a, const Hypothesis& b) const;
   template <std::size_t N>
   void keep(FixedVector<Candidate, N>& list, const Candidate& candidate) const;
@@ -131,17 +134,22 @@ class PoseSearchJob {
   double reach_rad_ = 0.0;
   double sigma_max_m_ = 0.0;
 
-  int step_d_ = 0;  ///< cursor over pairs: difference of indices, and the first one
+  std::size_t sighted_ = 0;  ///< cursor over the local map
+  int step_d_ = 0;           ///< cursor over pairs: difference of indices, and the first one
   int step_i_ = 0;
   std::uint16_t i_ = 0;
   std::uint16_t j_ = 0;
-  double length_m_ = 1.0;
+  double length_m_ = 0.0;  ///< 0: the pair is not to be looked at
+  double play_m_ = 0.0;    ///< how much longer or shorter it may be in the map
   FixedVector<Ranked, cfg::kMaxLocalBoulders> ranked_;
   FixedVector<std::uint16_t, cfg::kMaxMapWindowBoulders> firsts_;
   std::size_t first_ = 0;
   FixedVector<std::uint16_t, kSeconds> seconds_;
   std::size_t second_ = 0;
   Candidate current_;
+  std::size_t looking_ = 0;  ///< cursor over ranked_
+  double miss_ = 0.0;        ///< ln(1 - p)
+  SizeRule sizes_;
   double cos_ = 1.0;
   double sin_ = 0.0;
 

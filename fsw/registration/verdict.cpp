@@ -11,7 +11,8 @@ constexpr double kLn2Pi = 1.83787706640934548356;
 constexpr double kReach = 4.0;  // sigmas within which a map boulder is looked for
 constexpr int kMaxIterations = 12;
 constexpr double kFarthest_m = 1.0e5;
-constexpr double kShares[] = {0.25, 0.5, 0.75, 0.92};
+constexpr int kShareCount = 4;
+constexpr double kShares[kShareCount] = {0.25, 0.5, 0.75, 0.92};
 constexpr double kSizeOutliers = 0.1;
 
 bool in_range(double value, double low, double high) { return value >= low && value <= high; }
@@ -37,31 +38,30 @@ bool params_are_good(const EvidenceParams& p) {
          in_range(p.match_share, 0.05, 0.95);
 }
 
-bool sightings(const EvidenceParams& params, const Ground& ground, const LocalMap& local,
-               const Vec2& pivot_site_m, Sightings& out) {
-  out.clear();
-  const double apart2 = 4.0 * params.sigma_pair_m * params.sigma_pair_m;
-  for (std::size_t i = 0; i < local.size(); ++i) {
-    Sighting s;
-    s.x_m = local[i].p_site_m.x() - pivot_site_m.x();
-    s.y_m = local[i].p_site_m.y() - pivot_site_m.y();
-    if (!(std::fabs(s.x_m) <= kFarthest_m) || !(std::fabs(s.y_m) <= kFarthest_m)) return false;
-    s.sigma_m = params.sigma_pair_m;
-    s.local = static_cast<std::uint16_t>(i);
-    const auto diameter = static_cast<double>(local[i].diameter_m);
-    if (params.size_sigma > 0.0 && in_range(diameter, 1.0e-3, 1.0e3)) {
-      s.diameter_m = diameter;
-      s.size_density = ground.size_density(diameter);
-    }
-    bool apart = true;
-    for (std::size_t k = 0; k < out.size() && apart; ++k) {
-      const double dx = out[k].x_m - s.x_m;
-      const double dy = out[k].y_m - s.y_m;
-      apart = dx * dx + dy * dy >= apart2;
-    }
-    if (apart) CAIRN_ASSERT(out.push_back(s));
+Sighted sight(const EvidenceParams& params, const Ground& ground, const LocalMap& local, std::size_t index,
+              const Vec2& pivot_site_m, Sightings& out) {
+  const LocalBoulder& boulder = local[index];
+  const auto own = static_cast<double>(boulder.sigma_m);
+  Sighting s;
+  s.x_m = boulder.p_site_m.x() - pivot_site_m.x();
+  s.y_m = boulder.p_site_m.y() - pivot_site_m.y();
+  if (!(std::fabs(s.x_m) <= kFarthest_m) || !(std::fabs(s.y_m) <= kFarthest_m)) return Sighted::kBad;
+  if (!in_range(own, 0.0, 1.0e3)) return Sighted::kBad;
+  s.sigma_m = std::sqrt(params.sigma_pair_m * params.sigma_pair_m + own * own);
+  s.local = static_cast<std::uint16_t>(index);
+  const auto diameter = static_cast<double>(boulder.diameter_m);
+  if (params.size_sigma > 0.0 && in_range(diameter, 1.0e-3, 1.0e3)) {
+    s.diameter_m = diameter;
+    s.size_density = ground.size_density(diameter);
   }
-  return true;
+  const double apart2 = 4.0 * params.sigma_pair_m * params.sigma_pair_m;
+  for (const Sighting& other : out) {
+    const double dx = other.x_m - s.x_m;
+    const double dy = other.y_m - s.y_m;
+    if (dx * dx + dy * dy < apart2) return Sighted::kNear;
+  }
+  CAIRN_ASSERT(out.push_back(s));
+  return Sighted::kTaken;
 }
 
 bool gaussian_prior(const Hypothesis& mean, const Mat3& covariance, PosePrior& out) {
@@ -105,6 +105,7 @@ EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& gr
   cursor_ = 0;
   inflation_ = 2.0;
   last_ = settled_ = false;
+  share_ = -1;
   information_.setZero();
   missing_.setZero();
   gradient_.setZero();
@@ -200,7 +201,11 @@ void EvidenceJob::end_pass() {
     }
     gradient_(3) = 0.0;
   }
-  if (last_) return weigh();
+  if (last_) {
+    assign();
+    share_ = 0;
+    return;
+  }
   const Mat4 prior = prior_information();
   const Mat4 sum = information_ + prior;
   const Eigen::LLT<Mat4> llt(sum);
@@ -231,8 +236,8 @@ void EvidenceJob::end_pass() {
   sum_w_ = sum_wr2_ = sum_r2_m2_ = 0.0;
 }
 
-/// S: each map boulder counts once, for the local boulder that leans on it most.
-double EvidenceJob::evidence() {
+/// Each map boulder counts once, for the local boulder that leans on it most.
+void EvidenceJob::assign() {
   const std::size_t n = sightings_->size();
   for (std::size_t i = 0; i < n; ++i) {
     if (say_[i].map != kNone) owner_[say_[i].map] = kNone;
@@ -249,14 +254,21 @@ double EvidenceJob::evidence() {
       say_[i].ratio = 0.0;
     }
   }
-  double sums[4] = {};
-  double most = -1.0e300;
-  for (int p = 0; p < 4; ++p) {
-    for (std::size_t i = 0; i < n; ++i) sums[p] += ln(1.0 - kShares[p] + kShares[p] * say_[i].ratio);
-    if (sums[p] > most) most = sums[p];
-  }
+}
+
+void EvidenceJob::multiply(int share) {
+  const double p = kShares[share];
+  double sum = 0.0;
+  for (std::size_t i = 0; i < sightings_->size(); ++i) sum += ln(1.0 - p + p * say_[i].ratio);
+  sums_[share] = sum;
+}
+
+/// S: the logarithm of the mean over the shares.
+double EvidenceJob::evidence() const {
+  double most = sums_[0];
+  for (const double sum : sums_) most = sum > most ? sum : most;
   double mean = 0.0;
-  for (const double sum : sums) mean += 0.25 * exp(sum - most);
+  for (const double sum : sums_) mean += exp(sum - most) / kShareCount;
   return most + ln(mean);
 }
 
@@ -300,6 +312,12 @@ void EvidenceJob::weigh() {
 
 Progress EvidenceJob::step(WorkBudget& budget) {
   while (status_ == EvidenceStatus::kRunning) {
+    if (share_ >= 0) {
+      if (!budget.take(40U * static_cast<std::uint32_t>(sightings_->size()))) return Progress::kMore;
+      multiply(share_);
+      if (++share_ == kShareCount) weigh();
+      continue;
+    }
     const Sighting& s = (*sightings_)[cursor_];
     const BoulderQuery q = query(s);
     if (!budget.take(60U + 3U * q.ops())) return Progress::kMore;

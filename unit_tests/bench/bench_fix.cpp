@@ -168,6 +168,10 @@ void prepare(const Cell& cell, std::uint64_t number, Trial& trial) {
   if (cell.map_scale != 1.0) {
     const Vec2 about = trial.T_map_site_prior * trial.pivot_site_m;
     for (MapBoulder& b : trial.map) b.p_map_m = about + cell.map_scale * (b.p_map_m - about);
+    const Vec2 pivot = about + cell.map_scale * (trial.T_map_site * trial.pivot_site_m - about);
+    const Vec2 moved = pivot - trial.T_map_site * trial.pivot_site_m;
+    trial.T_map_site.x_m += moved.x();
+    trial.T_map_site.y_m += moved.y();
   }
 }
 

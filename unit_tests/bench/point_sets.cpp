@@ -73,7 +73,7 @@ void make_trial(Rng& rng, const GroundKind& kind, const View& view, const Start&
   const double seen =
       view.radius_m > 0.0 ? view.radius_m : std::max(4.0, std::sqrt(truths / (0.8 * kPi * kind.per_m2)));
   const double spacing = 1.0 / std::sqrt(kind.per_m2);
-  const double far = 1.5 * seen;  // of a local boulder from the pivot, at most
+  const double far = 2.0 * seen;  // of a local boulder from the pivot, at most, or nearly
   const double reach = std::max(5.0 * start.sigma_xy_m + start.ring_spacings * spacing, 1.6 * spacing);
   out.window_m = far + reach;
   const double error_most = std::max(start.error_high_m, 6.0 * start.sigma_xy_m);
@@ -89,11 +89,18 @@ void make_trial(Rng& rng, const GroundKind& kind, const View& view, const Start&
   const Pose2 T_site_map = out.T_map_site.inverse();
   out.pivot_site_m = T_site_map * pivot_map;
 
-  std::vector<MapBoulder> ground = site == Site::kElsewhere ? strew(rng, kind, angle, 4.0 * seen) : map;
-  std::vector<MapBoulder> near;
-  for (const MapBoulder& b : ground) {
-    if ((b.p_map_m - centre).norm() <= seen) near.push_back(b);
+  std::vector<MapBoulder> ground = site == Site::kElsewhere ? strew(rng, kind, angle, 6.0 * seen) : map;
+  // The nearest that there are, a fifth of them unseen.
+  std::vector<MapBoulder> near = ground;
+  std::sort(near.begin(), near.end(), [&](const MapBoulder& a, const MapBoulder& b) {
+    return (a.p_map_m - centre).squaredNorm() < (b.p_map_m - centre).squaredNorm();
+  });
+  std::size_t inside = 0;
+  while (inside < near.size() && (inside < static_cast<std::size_t>(1.25 * truths) ||
+                                  (near[inside].p_map_m - centre).norm() <= seen)) {
+    ++inside;
   }
+  near.resize(inside);
   std::shuffle(near.begin(), near.end(), rng);
   out.local.clear();
   out.truths = 0;

@@ -73,10 +73,18 @@ PosePrior prior_of(double sigma_m, double sigma_rad, const Hypothesis& mean) {
   return prior;
 }
 
+bool see(const EvidenceParams& params) {
+  seen.clear();
+  for (std::size_t i = 0; i < local_map.size(); ++i) {
+    if (sight(params, ground, local_map, i, kPivot, seen) == Sighted::kBad) return false;
+  }
+  return true;
+}
+
 void weigh(const EvidenceParams& params, const PosePrior& prior, const Hypothesis& from) {
   assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05), GridStatus::kRunning);
   assert_true(test::run_whole(ground));
-  assert_true(sightings(params, ground, local_map, kPivot, seen));
+  assert_true(see(params));
   assert_status(job.start(params, ground, seen, prior, from), EvidenceStatus::kRunning);
   assert_true(test::run_whole(job));
 }
@@ -337,7 +345,10 @@ void test_bad_input(void**) {
   h.x_m = nan;
   assert_status(job.start(params, ground, seen, prior, h), EvidenceStatus::kBadInput);
   local_map[0].p_site_m.x() = nan;
-  assert_false(sightings(params, ground, local_map, kPivot, seen));
+  assert_false(see(params));
+  local_map[0].p_site_m.x() = 0.0;
+  local_map[0].sigma_m = static_cast<float>(nan);
+  assert_false(see(params));
   const Sightings none;
   assert_status(job.start(params, ground, none, prior, kTruth), EvidenceStatus::kBadInput);
 }
@@ -378,6 +389,7 @@ void test_density_is_local(void**) {
     assert_true(map_boulders.push_back(b));
   }
   assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05), GridStatus::kRunning);
+  assert_true(test::run_whole(ground));
   const double left = 1200.0 / (12.0 * 8.0);
   for (const double y : {-4.0, 0.0, 2.0, 3.8}) {
     assert_near(ground.density(-4.0, y), left, 0.5 * left);
