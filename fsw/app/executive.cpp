@@ -24,12 +24,11 @@ void Executive::restart() {
 LocalizerStatus Executive::begin_minor(Localizer& localizer, const ImageU8& left, const ImageU8& right,
                                        const Pose3* motion_prior) {
   CAIRN_ASSERT(!busy_);
-  if (vo_open_) {
+  if (localizer.vo_open()) {
     ++counts_.dropped_pairs;
   } else {
     const LocalizerStatus status = localizer.begin_frame(left, right, motion_prior);
     if (status != LocalizerStatus::kReady) return status;
-    vo_open_ = true;
   }
   minor_ = (minor_ + 1) % cfg::kMinorFrames;
   work_ = {};
@@ -71,12 +70,8 @@ Progress Executive::run(Localizer& localizer, WorkBudget& slice) {
 
 Progress Executive::step(Localizer& localizer, cfg::Task task, WorkBudget& budget) {
   switch (task) {
-    case cfg::Task::kVo: {
-      const Progress progress = localizer.step_vo(budget);
-      vo_open_ = progress == Progress::kMore;
-      return progress;
-    }
-    case cfg::Task::kBoulders: return vo_open_ ? Progress::kDone : localizer.step_boulders(budget);
+    case cfg::Task::kVo: return localizer.step_vo(budget);
+    case cfg::Task::kBoulders: return localizer.step_boulders(budget);
     case cfg::Task::kFixBegin:
       localizer.begin_fix();
       budget.charge(1);

@@ -30,7 +30,7 @@ struct MinorWork {
 class Executive {
  public:
   void init();
-  /// A new site: a major frame begins, and a pair that VO is still at is given up. Counts stay.
+  /// A new site: a major frame begins. Counts stay.
   void restart();
 
   /// Begins a minor frame with a new pair (borrowed until the next one). Where VO has not finished the pair
@@ -41,8 +41,6 @@ class Executive {
   Progress run(Localizer& localizer, WorkBudget& slice);
 
   bool busy() const { return busy_; }
-  /// VO is still at the pair before: the next one will be dropped, and the images must stay as they are.
-  bool vo_open() const { return vo_open_; }
   /// True where the minor frame that just ended closed a registration.
   bool fix_closed() const { return fix_closed_; }
   /// 0 ... kMinorFrames - 1, of the minor frame that runs or ran last.
@@ -59,7 +57,6 @@ class Executive {
   int row_ = 0;
   std::uint32_t row_left_ = 0;
   bool busy_ = false;
-  bool vo_open_ = false;
   bool fix_closed_ = false;
 };
 

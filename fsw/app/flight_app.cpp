@@ -155,7 +155,7 @@ bool FlightApp::validate_map(WorkBudget& slice) {
 
 bool FlightApp::take_pair() {
   hal::StereoInfo info;
-  if (executive_.vo_open()) {
+  if (localizer_.vo_open()) {
     // VO still reads the images: the new pair goes nowhere, and the minor frame is spent on the old one.
     if (!hal::camera_take({nullptr, nullptr, 0}, info)) return false;
     (void)executive_.begin_minor(localizer_, ImageU8(), ImageU8(), nullptr);

@@ -45,10 +45,8 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   T_map_site_ = T_map_site_start_ = Pose2();
   T_site_rover_ = T_site_rover_vo_ = Pose3();
   fusion_.init(params.fusion, 0.0, 0.0);
-  started_ = false;
-  first_ = true;
+  stage_ = FrameStage::kNoStart;
   pose_source_ = PoseSource::kNone;
-  vo_open_ = observe_wanted_ = observe_open_ = fix_open_ = false;
   fix_ = {};
   observer_.init(params.boulders, rig);
   tracks_.init(params.tracks);
@@ -66,9 +64,8 @@ LocalizerStatus Localizer::set_start(const Pose3& T_map_rover, double sigma_xy_m
   T_site_rover_vo_ = T_site_rover_;
   fusion_.init(params_.fusion, sigma_xy_m, sigma_yaw_rad);
   last_step_ = Pose3();
-  started_ = first_ = true;
+  stage_ = FrameStage::kDone;
   pose_source_ = PoseSource::kNone;
-  vo_open_ = observe_wanted_ = observe_open_ = fix_open_ = false;
   fix_ = {};
   local_map_.clear();
   observer_.init(params_.boulders, rig_);
@@ -87,30 +84,30 @@ LocalizerStatus Localizer::set_trim(const StepTrim& trim) {
 }
 
 LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior) {
-  if (!started_) return LocalizerStatus::kNoStart;
-  if (observe_open_ || observe_wanted_) ++health_.abandoned_boulders;
+  if (stage_ == FrameStage::kNoStart) return LocalizerStatus::kNoStart;
+  if (stage_ == FrameStage::kBoulders || stage_ == FrameStage::kObserving) ++health_.abandoned_boulders;
   observer_.abandon();
-  observe_open_ = observe_wanted_ = false;
   left_ = left;
   right_ = right;
-  have_prior_ = motion_prior != nullptr && is_valid(*motion_prior);
-  if (have_prior_) prior_ = *motion_prior;
-  if (motion_prior != nullptr && !have_prior_) ++health_.bad_priors;
+  if (motion_prior != nullptr && !is_valid(*motion_prior)) {
+    motion_prior = nullptr;
+    ++health_.bad_priors;
+  }
+  expected_step_ = motion_prior != nullptr ? *motion_prior : last_step_;
   ++health_.frames;
-  vo_open_ = true;
+  stage_ = FrameStage::kVo;
   if (vo_.start(left, right, motion_prior) != VoStatus::kRunning) take_vo_result();
   return LocalizerStatus::kReady;
 }
 
 Progress Localizer::step_vo(WorkBudget& budget) {
-  if (!vo_open_) return Progress::kDone;
+  if (!vo_open()) return Progress::kDone;
   if (vo_.step(budget) == Progress::kMore) return Progress::kMore;
   take_vo_result();
   return Progress::kDone;
 }
 
 void Localizer::take_vo_result() {
-  vo_open_ = false;
   const VoStatus status = vo_.status();
   ++health_.vo[static_cast<std::size_t>(status)];
   switch (status) {
@@ -119,20 +116,17 @@ void Localizer::take_vo_result() {
       move(last_step_);
       pose_source_ = PoseSource::kVo;
       break;
-    case VoStatus::kFirstFrame:
-      pose_source_ = first_ ? PoseSource::kStart : PoseSource::kHeld;
-      first_ = false;
-      break;
+    case VoStatus::kFirstFrame: pose_source_ = PoseSource::kStart; break;
     case VoStatus::kFewMatches:
     case VoStatus::kNoConsensus:
     case VoStatus::kImplausible:
-      move(have_prior_ ? prior_ : last_step_);
+      move(expected_step_);
       pose_source_ = PoseSource::kExtrapolated;
       ++health_.extrapolated;
       break;
     default: pose_source_ = PoseSource::kHeld; break;
   }
-  observe_wanted_ = pose_source_ != PoseSource::kHeld;
+  stage_ = pose_source_ == PoseSource::kHeld ? FrameStage::kDone : FrameStage::kBoulders;
 }
 
 void Localizer::move(const Pose3& T_prev_cur) {
@@ -148,18 +142,16 @@ void Localizer::move(const Pose3& T_prev_cur) {
 }
 
 Progress Localizer::step_boulders(WorkBudget& budget) {
-  if (observe_wanted_) {
-    observe_wanted_ = false;
+  if (stage_ == FrameStage::kBoulders) {
     const Pose3 T_site_cam = T_site_rover_ * rig_.T_rover_cam;
-    observe_open_ = true;
-    if (observer_.start(left_, right_, vo_.disparity_plane(), T_site_cam) == ObserveStatus::kBadInput) {
-      observe_open_ = false;
-      ++health_.boulders[static_cast<std::size_t>(ObserveStatus::kBadInput)];
-    }
+    const ObserveStatus status = observer_.start(left_, right_, vo_.disparity_plane(), T_site_cam);
+    const bool refused = status == ObserveStatus::kBadInput;
+    if (refused) ++health_.boulders[static_cast<std::size_t>(status)];
+    stage_ = refused ? FrameStage::kDone : FrameStage::kObserving;
   }
-  if (!observe_open_) return Progress::kDone;
+  if (stage_ != FrameStage::kObserving) return Progress::kDone;
   if (observer_.step(budget) == Progress::kMore) return Progress::kMore;
-  observe_open_ = false;
+  stage_ = FrameStage::kDone;
   ++health_.boulders[static_cast<std::size_t>(observer_.status())];
   if (observer_.status() == ObserveStatus::kBoulders) tracks_.update(observer_.result(), health_.frames);
   health_.dropped_tracks = tracks_.dropped();
@@ -170,7 +162,6 @@ void Localizer::begin_fix() {
   fix_ = {};
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
-  fix_open_ = true;
   tracks_.forget(health_.frames);
   tracks_.build(local_map_);
   map_window_.clear();
@@ -193,10 +184,12 @@ void Localizer::begin_fix() {
   if (status != IcpStatus::kRunning) finish_fix(fix_status(status));
 }
 
-Progress Localizer::step_fix(WorkBudget& budget) { return fix_open_ ? icp_.step(budget) : Progress::kDone; }
+Progress Localizer::step_fix(WorkBudget& budget) {
+  return fix_.status == FixStatus::kRunning ? icp_.step(budget) : Progress::kDone;
+}
 
 void Localizer::apply_fix() {
-  if (!fix_open_) return;
+  if (fix_.status != FixStatus::kRunning) return;
   const FixStatus status = fix_status(icp_.status());
   const IcpResult& result = icp_.result();
   if (status != FixStatus::kLate) {
@@ -230,7 +223,6 @@ void Localizer::correct(const Pose2& registered, const Mat3& covariance) {
 }
 
 void Localizer::finish_fix(FixStatus status) {
-  fix_open_ = false;
   fix_.status = status;
   fix_.sigma_xy_m = fusion_.sigma_xy_m();
   fix_.sigma_yaw_rad = fusion_.sigma_yaw_rad();

@@ -134,11 +134,13 @@ class Localizer {
   const OrbitalMap& map() const { return map_; }
 
   /// Begins a frame. The images are borrowed until the next call; null data stands for a missing image.
-  /// `motion_prior`: T_prev_cur of the left camera, or null. An unfinished observation of the frame before is
-  /// abandoned and counted.
+  /// `motion_prior`: T_prev_cur of the left camera, or null; one that is no pose is left out and counted. An
+  /// unfinished observation of the frame before is abandoned and counted.
   LocalizerStatus begin_frame(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior);
   Progress step_vo(WorkBudget& budget);
-  Progress step_boulders(WorkBudget& budget);
+  /// VO still reads the pair: it must stay as it is, and another one must wait.
+  bool vo_open() const { return stage_ == FrameStage::kVo; }
+  Progress step_boulders(WorkBudget& budget);  ///< nothing to do, kDone, while VO is open
 
   void begin_fix();
   Progress step_fix(WorkBudget& budget);
@@ -162,6 +164,15 @@ class Localizer {
   BoulderTracks& tracks() { return tracks_; }
 
  private:
+  /// How far the frame is.
+  enum class FrameStage : std::uint8_t {
+    kNoStart,   ///< no start pose, so no frame
+    kDone,      ///< nothing more to do before the next pair
+    kVo,        ///< pair taken, VO at work
+    kBoulders,  ///< pose known, boulders not begun
+    kObserving  ///< boulders at work
+  };
+
   void take_vo_result();
   void move(const Pose3& T_prev_cur);
   void correct(const Pose2& registered, const Mat3& covariance);
@@ -172,23 +183,17 @@ class Localizer {
   OrbitalMap map_;
   StepTrim trim_;
   LocalizerHealth health_;
-  bool started_ = false;
-  bool first_ = true;
+  FrameStage stage_ = FrameStage::kNoStart;
   PoseSource pose_source_ = PoseSource::kNone;
 
   ImageU8 left_;
   ImageU8 right_;
-  Pose3 prior_;
-  bool have_prior_ = false;
-  bool vo_open_ = false;
-  bool observe_wanted_ = false;
-  bool observe_open_ = false;
-
   Pose3 T_site_rover_;     ///< VO, its steps calibrated by what fixes told
   Pose3 T_site_rover_vo_;  ///< VO alone
   Pose2 T_map_site_start_;
   Pose2 T_map_site_;
-  Pose3 last_step_;  ///< T_prev_cur of the camera
+  Pose3 last_step_;      ///< T_prev_cur of the camera, as VO measured it last
+  Pose3 expected_step_;  ///< of this frame, where VO loses its way: the motion prior or the last step
   PoseFusion fusion_;
   IcpPrior fix_prior_;
   Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot
@@ -199,8 +204,7 @@ class Localizer {
   LocalMap local_map_;
   MapBoulders map_window_;
   IcpJob icp_;
-  FixRecord fix_;
-  bool fix_open_ = false;
+  FixRecord fix_;  ///< its status says whether one is open: kRunning
 };
 
 }  // namespace cairn

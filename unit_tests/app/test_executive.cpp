@@ -99,7 +99,7 @@ void test_no_start_no_minor_frame(void**) {
   executive.init();
   assert_status(executive.begin_minor(localizer, left(0), right(0), nullptr), LocalizerStatus::kNoStart);
   assert_false(executive.busy());
-  assert_false(executive.vo_open());
+  assert_false(localizer.vo_open());
   assert_int_equal(executive.minor(), cfg::kMinorFrames - 1);
   WorkBudget slice(1000);
   assert_status(executive.run(localizer, slice), Progress::kDone);
@@ -112,12 +112,12 @@ void test_vo_comes_first(void**) {
   std::uint32_t vo_ops = 0;
   int slices = 0;
   for (bool more = true; more; ++slices) {
-    const bool vo_was_open = executive.vo_open();
+    const bool vo_was_open = localizer.vo_open();
     WorkBudget slice(300007);
     more = executive.run(localizer, slice) == Progress::kMore;
     assert_at_most(slice.spent(), 300007 + 200000);  // by one unit of work
     const std::uint32_t(&ops)[cfg::kTaskCount] = executive.work().ops;
-    if (executive.vo_open()) assert_int_equal(ops[kBoulders], 0);
+    if (localizer.vo_open()) assert_int_equal(ops[kBoulders], 0);
     if (!vo_was_open) assert_int_equal(ops[kVo], vo_ops);
     vo_ops = ops[kVo];
   }
@@ -160,7 +160,7 @@ void test_vo_overrun_drops_the_next_pair(void**) {
   assert_int_equal(executive.counts().overruns[kVo], 0);
   minor_frame(left(1), right(1));
   assert_int_equal(executive.counts().overruns[kVo], 1);
-  assert_true(executive.vo_open());
+  assert_true(localizer.vo_open());
   assert_status(localizer.vo().status(), VoStatus::kRunning);
   assert_int_equal(executive.work().ops[kBoulders], 0);
   assert_at_least(executive.work().ops[kVo], cfg::kImageOps);
@@ -169,7 +169,7 @@ void test_vo_overrun_drops_the_next_pair(void**) {
   minor_frame(left(0), right(0));  // this pair is dropped; VO finishes the one before, and boulders follow
   assert_int_equal(executive.counts().dropped_pairs, 1);
   assert_int_equal(executive.counts().overruns[kVo], 1);
-  assert_false(executive.vo_open());
+  assert_false(localizer.vo_open());
   assert_int_equal(localizer.health().frames, 2);
   assert_int_equal(localizer.health().abandoned_boulders, 0);
   assert_true(executive.work().ops[kBoulders] > 1000000);
@@ -201,7 +201,7 @@ void test_boulder_overrun_is_abandoned(void**) {
   minor_frame(left(0), right(0));
   assert_int_equal(executive.counts().overruns[kBoulders], 1);
   assert_int_equal(executive.counts().overruns[kVo], 0);
-  assert_false(executive.vo_open());
+  assert_false(localizer.vo_open());
   assert_status(localizer.observer().status(), ObserveStatus::kRunning);
   assert_at_least(executive.work().ops[kBoulders], cfg::kImageOps);
   assert_int_equal(localizer.health().abandoned_boulders, 0);
@@ -287,7 +287,7 @@ void test_restart_keeps_the_counts(void**) {
   assert_int_equal(executive.counts().dropped_pairs, 1);
   assert_status(localizer.set_start({Quat::Identity(), kStart}, 0.05, 0.01), LocalizerStatus::kReady);
   executive.restart();
-  assert_false(executive.vo_open());
+  assert_false(localizer.vo_open());
   assert_int_equal(executive.counts().overruns[kVo], overruns);
   assert_int_equal(executive.counts().dropped_pairs, 1);
   minor_frame(left(0), right(0));
