@@ -323,21 +323,6 @@ void test_dropped_frames(void**) {
 }
 
 void test_priors(void**) {
-  Pose3 nan;
-  nan.t.x() = NAN;
-  Pose3 not_unit;
-  not_unit.q.w() = 2.0;
-  begin();
-  const std::uint32_t before = vo.bad_priors();
-  assert_status(run(1, &nan), VoStatus::kMotion);
-  const Pose3 step = vo.result().T_prev_cur;
-  assert_good_step(0, 1);
-  assert_status(run(2, &not_unit), VoStatus::kMotion);
-  assert_int_equal(vo.bad_priors() - before, 2);
-  begin();
-  assert_status(run(1), VoStatus::kMotion);
-  assert_true(vo.result().T_prev_cur.t == step.t && vo.result().T_prev_cur.q.coeffs() == step.q.coeffs());
-
   // A turn of 0.3 rad moves features out of all windows but those that the prior places.
   Random random(4);
   const Pose3 T_turned = Pose3{quat_from_attitude({0.3, 0.0, 0.0}), Vec3(0.05, 0.0, 0.0)} * kRig.T_rover_cam;
@@ -353,9 +338,8 @@ void test_priors(void**) {
   const Pose3 off = vo.result().T_prev_cur.inverse() * prior;
   assert_at_most(off.t.norm(), 0.003);
   assert_at_most(quat_log(off.q).norm(), 0.003);
-  assert_int_equal(vo.bad_priors() - before, 2);
 
-  // A valid prior that is wrong costs windows, not the frame.
+  // A prior that is wrong costs windows, not the frame.
   begin();
   const Pose3 wrong = {quat_exp(Vec3(0.0, 0.3, 0.0)), Vec3(0.2, 0.1, -0.2)};
   assert_status(run(1, &wrong), VoStatus::kMotion);

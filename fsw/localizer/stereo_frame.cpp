@@ -1,0 +1,191 @@
+#include "localizer/stereo_frame.hpp"
+
+#include <cmath>
+
+namespace cairn {
+namespace {
+
+constexpr int kPlaneIterations = 8;
+
+}  // namespace
+
+Vec3 StereoFrame::point_m(const StereoRig& rig, std::size_t i) const {
+  const Feature& f = feature(i);
+  StereoPixel px;
+  px.u_left = f.iu;
+  px.v_left = px.v_right = points[i].v_px;
+  px.u_right = f.iu - points[i].d_px;
+  return triangulate(rig, px);
+}
+
+bool StereoFrame::on_plane(std::size_t i) const {
+  const Feature& f = feature(i);
+  const double d_px = points[i].d_px;
+  const double off = d_px - (plane[0] * f.iu + plane[1] * f.iv + plane[2]);
+  return std::fabs(off) < 0.5 + 0.03 * d_px;
+}
+
+void StereoFrameJob::init(const StereoFrameParams& params, const StereoRig& rig, int min_points) {
+  params_ = params;
+  rig_ = rig;
+  min_points_ = min_points;
+  status_ = StereoStatus::kIdle;
+  rectification_.init(params.rectification, rig);
+}
+
+StereoStatus StereoFrameJob::start(const ImageU8& left, const ImageU8& right, StereoFrame& frame) {
+  cursor_ = 0;
+  phase_ = Phase::kLeft;
+  features_left_ = features_right_ = points_ = 0;
+  right_image_ = right;
+  frame_ = &frame;
+  const bool sizes_fit = left.width == rig_.width_px && left.height == rig_.height_px &&
+                         right.width == rig_.width_px && right.height == rig_.height_px &&
+                         right.data != nullptr;
+  const bool started = sizes_fit && frame.left.start(left) == ExtractStatus::kRunning;
+  return status_ = started ? StereoStatus::kRunning : StereoStatus::kBadImage;
+}
+
+Progress StereoFrameJob::step(WorkBudget& budget) {
+  while (status_ == StereoStatus::kRunning) {
+    if (!run_phase(budget)) return Progress::kMore;
+  }
+  return Progress::kDone;
+}
+
+bool StereoFrameJob::run_phase(WorkBudget& budget) {
+  FixedVector<StereoPoint, cfg::kMaxFeatures>& points = frame_->points;
+  switch (phase_) {
+    case Phase::kLeft:
+      if (frame_->left.step(budget) == Progress::kMore) return false;
+      if (right_.start(right_image_) != ExtractStatus::kRunning) status_ = StereoStatus::kBadImage;
+      phase_ = Phase::kRight;
+      return true;
+    case Phase::kRight:
+      if (right_.step(budget) == Progress::kMore) return false;
+      begin_match();
+      return true;
+    case Phase::kMatch:
+      if (match_.step(budget) == Progress::kMore) return false;
+      collect();
+      return true;
+    case Phase::kPlane:
+      if (!budget.take(kPlaneIterations * 20U * static_cast<std::uint32_t>(points.size() + 1))) return false;
+      fit_plane();
+      return true;
+    case Phase::kRefine:
+      for (; cursor_ < points.size(); ++cursor_) {
+        if (!points[cursor_].valid) continue;
+        if (!budget.take(kTemplateOps + kAlignOps)) return false;
+        refine_point(cursor_);
+      }
+      count_points();
+      return true;
+  }
+  return true;
+}
+
+void StereoFrameJob::begin_match() {
+  const FeatureSet& left = frame_->left.result();
+  features_left_ = static_cast<int>(left.features.size());
+  features_right_ = static_cast<int>(right_.result().features.size());
+  if (frame_->left.status() != ExtractStatus::kFeatures || right_.status() != ExtractStatus::kFeatures) {
+    status_ = StereoStatus::kFewFeatures;
+    return;
+  }
+  windows_.clear();
+  for (const Feature& f : left.features) {
+    SearchWindow w;
+    w.u0 = static_cast<std::int16_t>(f.iu - params_.max_disparity_px);
+    w.u1 = static_cast<std::int16_t>(f.iu - params_.min_disparity_px);
+    w.v0 = static_cast<std::int16_t>(f.iv - params_.epipolar_band_px);
+    w.v1 = static_cast<std::int16_t>(f.iv + params_.epipolar_band_px);
+    windows_.append(w);
+  }
+  match_.start(params_.match, left, right_.result(), windows_);
+  phase_ = Phase::kMatch;
+}
+
+void StereoFrameJob::collect() {
+  const FeatureSet& left = frame_->left.result();
+  frame_->points.clear();
+  for (std::size_t i = 0; i < left.features.size(); ++i) {
+    StereoPoint point;
+    const std::int16_t j = match_.partner(i);
+    if (j != MatchJob::kNone) {
+      const Feature& l = left.features[i];
+      const Feature& r = right_.result().features[static_cast<std::size_t>(j)];
+      point.keypoint = sampson_correct({l.u, l.v, r.u, r.v});
+      point.d_px = point.keypoint.disparity_px();
+      point.v_px = point.keypoint.v_left;
+      point.valid = point.d_px >= params_.min_disparity_px;
+      points_ += point.valid ? 1 : 0;
+    }
+    frame_->points.append(point);
+  }
+  if (points_ < min_points_) {
+    status_ = StereoStatus::kFewPoints;
+    return;
+  }
+  phase_ = Phase::kPlane;
+}
+
+void StereoFrameJob::fit_plane() {
+  const double cu = 0.5 * rig_.width_px;
+  const double cv = 0.5 * rig_.height_px;
+  Vec3 plane(0.0, 0.0, 0.0);  // about the image centre, slopes per half width
+  for (int iteration = 0; iteration < kPlaneIterations; ++iteration) {
+    Mat3 A = Mat3::Identity() * 1.0e-9;
+    Vec3 b(0.0, 0.0, 0.0);
+    for (const StereoPoint& p : frame_->points) {
+      if (!p.valid) continue;
+      const Vec3 x((p.keypoint.u_left - cu) / cu, (p.keypoint.v_left - cv) / cu, 1.0);
+      const double r = p.d_px - plane.dot(x);
+      const double w = iteration == 0 ? 1.0 : 1.0 / (1.0 + r * r);
+      A.noalias() += w * x * x.transpose();
+      b += (w * p.d_px) * x;
+    }
+    const Eigen::LDLT<Mat3> ldlt(A);
+    plane = ldlt.solve(b);
+  }
+  frame_->plane = Vec3(plane[0] / cu, plane[1] / cu, plane[2] - (plane[0] * cu + plane[1] * cv) / cu);
+  frame_->valid_points = 0;
+  cursor_ = 0;
+  phase_ = Phase::kRefine;
+}
+
+void StereoFrameJob::refine_point(std::size_t i) {
+  StereoPoint& point = frame_->points[i];
+  const Feature& f = frame_->feature(i);
+  if (params_.paper_exact) {
+    ++frame_->valid_points;
+    return;
+  }
+  point.valid = false;
+  PatchTemplate patch;
+  if (cut_template(frame_->left.smooth(), f.iu, f.iv, patch) != AlignStatus::kAligned) return;
+  const bool sloped = frame_->on_plane(i);
+  const float warp[4] = {sloped ? static_cast<float>(1.0 - frame_->plane[0]) : 1.0F,
+                         sloped ? static_cast<float>(-frame_->plane[1]) : 0.0F, 0.0F, 1.0F};
+  const Alignment a =
+      align(patch, right_.smooth(), static_cast<float>(f.iu - point.d_px), f.iv, warp, params_.align);
+  if (a.status != AlignStatus::kAligned) return;
+  const StereoPixel measured = {static_cast<double>(f.iu), static_cast<double>(f.iv), a.u, a.v};
+  rectification_.observe(measured);
+  const StereoPixel px = sampson_correct(rectification_.correct(measured));
+  if (std::fabs(a.v - static_cast<float>(f.iv)) > kMaxRowOffset_px ||
+      px.disparity_px() < params_.min_disparity_px)
+    return;
+  point.d_px = px.disparity_px();
+  point.v_px = px.v_left;
+  point.valid = true;
+  ++frame_->valid_points;
+}
+
+void StereoFrameJob::count_points() {
+  points_ = static_cast<int>(frame_->valid_points);
+  const bool few = points_ < min_points_ || points_ < params_.min_stereo_share * features_left_;
+  status_ = few ? StereoStatus::kFewPoints : StereoStatus::kPoints;
+}
+
+}  // namespace cairn

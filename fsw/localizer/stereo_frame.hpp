@@ -1,0 +1,117 @@
+/// What one stereo pair gives: points with sub-pixel disparities, and the ground's plane (METHOD section A).
+///
+/// Features left and right; matches from left to right along the epipolar line; a robust plane through their
+/// disparities; then the patch about each left keypoint's whole pixel is found in the right image, warped by
+/// the plane's slope where the point lies on it, and corrected for what is left of the rectification's
+/// errors. The whole pixel, because the same patch is the template that later frames are searched for: its
+/// bias cancels.
+///
+/// Cost. Units: those of extractor and matcher, the plane at once (160 operations a point), the refinement of
+/// one point (kTemplateOps + kAlignOps).
+#pragma once
+
+#include <cstdint>
+
+#include "core/nodiscard.hpp"
+#include "core/work_budget.hpp"
+#include "features/extractor.hpp"
+#include "features/match.hpp"
+#include "features/patch_align.hpp"
+#include "vo/rectification.hpp"
+
+namespace cairn {
+
+enum class CAIRN_NODISCARD StereoStatus : std::uint8_t {
+  kIdle,         ///< never started
+  kRunning,      ///< call step() again
+  kPoints,       ///< the frame is complete: the only status in which it may be used
+  kBadImage,     ///< an image is missing or of the wrong size
+  kFewFeatures,  ///< black, saturated or featureless image
+  kFewPoints,    ///< too few left-right matches (left and right swapped, say)
+};
+
+struct StereoFrameParams {
+  int min_disparity_px = cfg::kMission.min_disparity_px;
+  int max_disparity_px = cfg::kMission.max_disparity_px;
+  int epipolar_band_px = 2;
+  /// Of the left features; with fewer stereo points the frame is kFewPoints. Left and right swapped gives up
+  /// to 3 % by chance, good images give 60 %.
+  double min_stereo_share = 0.05;
+  bool paper_exact = false;  ///< disparities of the keypoints as the detector found them
+  MatchParams match;
+  AlignParams align;
+  RectificationParams rectification;  ///< not used where paper_exact
+};
+
+/// A stereo point of a frame.
+struct StereoPoint {
+  bool valid = false;
+  StereoPixel keypoint;  ///< as the detector found it, on the epipolar line
+  double d_px = 0.0;     ///< disparity of the patch about the whole pixel (iu, iv), refined
+  double v_px = 0.0;     ///< its row, on the epipolar line
+};
+
+struct StereoFrame {
+  FeatureExtractor left;                               ///< features, and the image that patches are cut from
+  FixedVector<StereoPoint, cfg::kMaxFeatures> points;  ///< by index of the left feature
+  std::size_t valid_points = 0;
+  Vec3 plane = Vec3(0.0, 0.0, 0.0);  ///< disparity of the ground: d = plane . (u, v, 1), px
+
+  const Feature& feature(std::size_t i) const { return left.result().features[i]; }
+  /// The patch's middle in the left camera's frame, m.
+  Vec3 point_m(const StereoRig& rig, std::size_t i) const;
+  /// Does the ground's plane hold at this point? A boulder or a hole keeps the frontal model.
+  bool on_plane(std::size_t i) const;
+};
+
+/// Rows of a refined match may differ by so many pixels; beyond it the rig is not rectified.
+inline constexpr float kMaxRowOffset_px = 1.5F;
+
+class StereoFrameJob {
+ public:
+  /// Forgets what was learnt of the rectification. `min_points`: fewest that are of use to the caller.
+  void init(const StereoFrameParams& params, const StereoRig& rig, int min_points);
+  /// Images and frame are borrowed until done. kRunning, or kBadImage.
+  StereoStatus start(const ImageU8& left, const ImageU8& right, StereoFrame& frame);
+  Progress step(WorkBudget& budget);  ///< the same bits for every slicing
+  StereoStatus status() const { return status_; }
+
+  /// Of this pair's right image, until the next start().
+  const FeatureExtractor& right() const { return right_; }
+  int features_left() const { return features_left_; }
+  int features_right() const { return features_right_; }
+  int points() const { return points_; }  ///< valid ones, as far as the pair got
+
+  /// What is left of the rig's rectification; one estimate for all of a frame. end_frame() takes in what the
+  /// pair's matches tell: to be called when nobody measures in this pair any more.
+  const RectificationEstimator& rectification() const { return rectification_; }
+  void end_frame() { rectification_.end_frame(); }
+
+ private:
+  enum class Phase : std::uint8_t { kLeft, kRight, kMatch, kPlane, kRefine };
+
+  bool run_phase(WorkBudget& budget);  ///< false: budget spent
+  void begin_match();
+  void collect();
+  void fit_plane();
+  void refine_point(std::size_t i);
+  void count_points();
+
+  StereoFrameParams params_;
+  StereoRig rig_;
+  int min_points_ = 0;
+  StereoStatus status_ = StereoStatus::kIdle;
+  Phase phase_ = Phase::kLeft;
+  std::size_t cursor_ = 0;
+  int features_left_ = 0;
+  int features_right_ = 0;
+  int points_ = 0;
+  ImageU8 right_image_;
+  StereoFrame* frame_ = nullptr;
+  RectificationEstimator rectification_;
+  FeatureExtractor right_;
+  FixedVector<SearchWindow, cfg::kMaxFeatures> windows_;
+  MatchJob match_;
+};
+
+}  // namespace cairn

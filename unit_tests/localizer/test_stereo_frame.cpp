@@ -1,0 +1,264 @@
+// What one stereo pair gives, over a textured plane whose pictures and geometry the test makes itself: points
+// and plane against the truth, the rectification learnt, each status, slices.
+#include "localizer/stereo_frame.hpp"
+
+#include <cstring>
+
+#include "support/cmocka.hpp"
+#include "support/plane_scene.hpp"
+#include "support/slices.hpp"
+
+using namespace cairn;
+
+namespace {
+
+constexpr int kWidth = 320;
+constexpr int kHeight = 240;
+constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
+constexpr int kMinPoints = 12;
+
+StereoRig small_rig() {
+  StereoRig rig;
+  rig.width_px = kWidth;
+  rig.height_px = kHeight;
+  rig.fx_px = rig.fy_px = 246.4;
+  rig.cx_px = 159.5;
+  rig.cy_px = 119.5;
+  rig.baseline_m = 0.12;
+  rig.T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, 0.12);
+  return rig;
+}
+
+const StereoRig kRig = small_rig();
+test::PlaneScene scene;
+std::uint8_t left_pixels[kPixels];
+std::uint8_t right_pixels[kPixels];
+std::uint8_t scratch[2][kPixels];
+StereoFrame frame;
+StereoFrame other_frame;
+StereoFrameJob job;
+StereoFrameJob other_job;
+
+ImageU8 view(const std::uint8_t* pixels) { return packed_view(pixels, kWidth, kHeight); }
+
+int render(void**) {
+  scene.make(5);
+  Random random(1);
+  scene.render(kRig, kRig.T_rover_cam, false, 1.5, random, left_pixels);
+  scene.render(kRig, kRig.T_rover_cam, true, 1.5, random, right_pixels);
+  return 0;
+}
+
+void begin(const StereoFrameParams& params = {}, int min_points = kMinPoints) {
+  job.init(params, kRig, min_points);
+  assert_status(job.status(), StereoStatus::kIdle);
+}
+
+StereoStatus run(const ImageU8& left, const ImageU8& right) {
+  const StereoStatus started = job.start(left, right, frame);
+  if (started == StereoStatus::kRunning) assert_true(test::run_whole(job));
+  return job.status();
+}
+
+StereoStatus run() { return run(view(left_pixels), view(right_pixels)); }
+
+/// Disparity of level ground at a pixel of the left image.
+double true_disparity(double u, double v) {
+  const Vec3 n = kRig.T_rover_cam.q.conjugate() * Vec3(0.0, 0.0, -1.0);
+  const double c = kRig.baseline_m / kRig.T_rover_cam.t.z();
+  return c * (n.x() * (u - kRig.cx_px) + n.y() * (v - kRig.cy_px) + n.z() * kRig.fx_px);
+}
+
+/// Root mean square error of the valid points' disparities.
+double disparity_error_px() {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (!frame.points[i].valid) continue;
+    const double e = frame.points[i].d_px - true_disparity(frame.feature(i).iu, frame.points[i].v_px);
+    sum += e * e;
+  }
+  return std::sqrt(sum / static_cast<double>(frame.valid_points));
+}
+
+// ---- points and plane -------------------------------------------------------------------------------------
+
+void test_points_lie_on_the_ground(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  assert_int_equal(frame.points.size(), job.features_left());
+  int valid = 0;
+  double height2 = 0.0;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (!frame.points[i].valid) continue;
+    ++valid;
+    assert_true(frame.on_plane(i));
+    const Vec3 p = kRig.T_rover_cam * frame.point_m(kRig, i);
+    height2 += p.z() * p.z();
+  }
+  assert_int_equal(valid, frame.valid_points);
+  assert_int_equal(valid, job.points());
+  assert_at_least(valid, 100);
+  print_message("%d points of %d features: %.3f px, %.4f m off the ground\n", valid, job.features_left(),
+                disparity_error_px(), std::sqrt(height2 / valid));
+  assert_at_most(disparity_error_px(), 0.1);
+  assert_at_most(std::sqrt(height2 / valid), 0.01);
+  for (const auto& at : {Vec2(40.0, 200.0), Vec2(160.0, 120.0), Vec2(280.0, 60.0)}) {
+    const Vec3 uv1(at.x(), at.y(), 1.0);
+    assert_near(frame.plane.dot(uv1), true_disparity(at.x(), at.y()), 0.3);
+  }
+}
+
+/// A point well off the plane is no longer said to be on it: half a pixel and 3 % of its disparity.
+void test_on_plane_at_its_corner(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  const Feature& f = frame.feature(0);
+  const double d = frame.plane.dot(Vec3(f.iu, f.iv, 1.0));
+  const double high = (d + 0.5) / 0.97;  // off = 0.5 + 0.03 d_px
+  const double low = (d - 0.5) / 1.03;
+  for (const double inside : {high - 1e-6, low + 1e-6}) {
+    frame.points[0].d_px = inside;
+    assert_true(frame.on_plane(0));
+  }
+  for (const double outside : {high + 1e-6, low - 1e-6}) {
+    frame.points[0].d_px = outside;
+    assert_false(frame.on_plane(0));
+  }
+}
+
+void test_as_detected_is_less_accurate(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  const double fine = disparity_error_px();
+  StereoFrameParams paper;
+  paper.paper_exact = true;
+  begin(paper);
+  assert_status(run(), StereoStatus::kPoints);
+  for (const StereoPoint& p : frame.points) {
+    if (p.valid) assert_near(p.d_px, p.keypoint.disparity_px(), 0.0);
+  }
+  assert_at_least(disparity_error_px(), 2.0 * fine);
+}
+
+/// One estimate holds for all of a frame; what the pair told counts from end_frame() on.
+void test_rectification_is_learnt_at_the_end(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  assert_near(job.rectification().angles().norm(), 0.0, 0.0);
+  job.end_frame();
+  assert_true(job.rectification().angles().norm() > 0.0);
+  begin();
+  assert_near(job.rectification().angles().norm(), 0.0, 0.0);
+}
+
+// ---- statuses ---------------------------------------------------------------------------------------------
+
+void test_bad_images(void**) {
+  const ImageU8 good = view(left_pixels);
+  const ImageU8 bad[] = {{},
+                         {nullptr, kWidth, kHeight, kWidth},
+                         {left_pixels, kWidth - 1, kHeight, kWidth},
+                         {left_pixels, kWidth, kHeight - 1, kWidth},
+                         {left_pixels, kWidth, kHeight, kWidth - 1}};
+  begin();
+  for (const ImageU8& image : bad) {
+    assert_status(run(image, good), StereoStatus::kBadImage);
+    assert_status(run(good, image), StereoStatus::kBadImage);
+    assert_int_equal(job.points(), 0);
+  }
+  assert_status(run(), StereoStatus::kPoints);
+}
+
+void test_images_without_features(void**) {
+  begin();
+  for (const int grey : {0, 255}) {  // black, saturated
+    std::memset(scratch, grey, sizeof scratch);
+    assert_status(run(view(scratch[0]), view(right_pixels)), StereoStatus::kFewFeatures);
+    assert_int_equal(job.features_left(), 0);
+    assert_at_least(job.features_right(), 100);
+    assert_status(run(view(left_pixels), view(scratch[1])), StereoStatus::kFewFeatures);
+    assert_at_least(job.features_left(), 100);
+    assert_int_equal(job.features_right(), 0);
+  }
+}
+
+void test_left_and_right_swapped(void**) {
+  begin();
+  assert_status(run(view(right_pixels), view(left_pixels)), StereoStatus::kFewPoints);
+  assert_status(run(), StereoStatus::kPoints);
+}
+
+void test_fewest_points_at_their_corner(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  const int points = job.points();
+  begin({}, points);
+  assert_status(run(), StereoStatus::kPoints);
+  begin({}, points + 1);
+  assert_status(run(), StereoStatus::kFewPoints);
+  assert_int_equal(job.points(), points);
+  StereoFrameParams params;
+  params.min_stereo_share = (points + 0.5) / job.features_left();
+  begin(params);
+  assert_status(run(), StereoStatus::kFewPoints);
+  params.min_stereo_share = (points - 0.5) / job.features_left();
+  begin(params);
+  assert_status(run(), StereoStatus::kPoints);
+}
+
+/// All disparities of this scene lie between 10 and 100 px.
+void test_disparities_outside_the_range(void**) {
+  StereoFrameParams params;
+  params.min_disparity_px = 1;
+  params.max_disparity_px = 8;
+  begin(params);
+  assert_status(run(), StereoStatus::kFewPoints);
+}
+
+// ---- slices -----------------------------------------------------------------------------------------------
+
+bool same(const StereoFrame& a, const StereoFrame& b) {
+  bool equal = a.points.size() == b.points.size() && a.valid_points == b.valid_points && a.plane == b.plane;
+  for (std::size_t i = 0; equal && i < a.points.size(); ++i) {
+    const StereoPoint& p = a.points[i];
+    const StereoPoint& q = b.points[i];
+    equal = p.valid == q.valid && p.d_px == q.d_px && p.v_px == q.v_px &&
+            p.keypoint.u_left == q.keypoint.u_left && p.keypoint.u_right == q.keypoint.u_right;
+  }
+  return equal;
+}
+
+void test_slices_give_the_same_bits(void**) {
+  begin();
+  other_job.init({}, kRig, kMinPoints);
+  for (int round = 0; round < 2; ++round) {  // the second one with the rectification of the first
+    assert_status(run(), StereoStatus::kPoints);
+    assert_status(other_job.start(view(left_pixels), view(right_pixels), other_frame),
+                  StereoStatus::kRunning);
+    assert_true(test::run_in_slices(other_job) > 100);
+    assert_status(other_job.status(), job.status());
+    assert_true(same(frame, other_frame));
+    assert_int_equal(other_job.features_right(), job.features_right());
+    job.end_frame();
+    other_job.end_frame();
+    assert_true(job.rectification().angles() == other_job.rectification().angles());
+  }
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_points_lie_on_the_ground),
+      cmocka_unit_test(test_on_plane_at_its_corner),
+      cmocka_unit_test(test_as_detected_is_less_accurate),
+      cmocka_unit_test(test_rectification_is_learnt_at_the_end),
+      cmocka_unit_test(test_bad_images),
+      cmocka_unit_test(test_images_without_features),
+      cmocka_unit_test(test_left_and_right_swapped),
+      cmocka_unit_test(test_fewest_points_at_their_corner),
+      cmocka_unit_test(test_disparities_outside_the_range),
+      cmocka_unit_test(test_slices_give_the_same_bits),
+  };
+  return cmocka_run_group_tests_name("stereo_frame", tests, render, nullptr);
+}
