@@ -1,23 +1,12 @@
 #include "profile/budget.hpp"
 
-#include <toml++/toml.h>
 #include <algorithm>
 
-#include "base/output_file.hpp"
+#include "base/layered_toml.hpp"
 #include "base/tool_error.hpp"
 
 namespace cairn::ground {
 namespace {
-
-toml::table parse(const std::filesystem::path& path) {
-  const std::vector<std::uint8_t> bytes = read_file(path);
-  try {
-    return toml::parse(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-  } catch (const toml::parse_error& error) {
-    throw ToolError("{}:{}: {}; mend the line", path.string(), error.source().begin.line,
-                    error.description());
-  }
-}
 
 JobBudget job_of(const toml::node& node, const std::string& path, const std::string& target) {
   const toml::table* table = node.as_table();
@@ -50,7 +39,7 @@ std::size_t frame_at(const Profile& profile, std::uint64_t instructions) {
 }  // namespace
 
 std::vector<JobBudget> read_budgets(const std::filesystem::path& path, const std::string& target) {
-  const toml::table root = parse(path);
+  const toml::table root = read_toml(path).table;
   const toml::array* jobs = root["job"].as_array();
   if (jobs == nullptr || jobs->empty()) throw ToolError("{}: has no [[job]]; add one", path.string());
   std::vector<JobBudget> out;

@@ -1,15 +1,13 @@
 #include "sim/scene.hpp"
 
-#include <toml++/toml.h>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <string_view>
 
-#include "base/output_file.hpp"
-#include "base/tool_error.hpp"
+#include "base/layered_toml.hpp"
 #include "base/waypoints.hpp"
 #include "core/trig.hpp"
 #include "sim/traverse.hpp"
@@ -45,13 +43,6 @@ Rig mast_rig() {
   rig.height_m = 2.0;
   rig.pitch_down_deg = 20.0;
   return rig;
-}
-
-std::string one_line(std::string_view text) {
-  std::string line(text);
-  std::replace_if(
-      line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, ' ');
-  return line;
 }
 
 // The keys, once for reading, writing and telling which there are. A visitor has section(name),
@@ -146,169 +137,7 @@ void visit_traverse(V& v, Traverse& t) {
   v.number("slip_sideways", t.slip_sideways, 0.0, 0.5);
 }
 
-/// One source of values: the scene's file, or one setting of the command line. Later ones replace earlier.
-struct Layer {
-  toml::table table;
-  std::string name;
-  bool is_file = false;
-};
-
-std::string type_of(const toml::node& node) {
-  switch (node.type()) {
-    case toml::node_type::table: return "a section";
-    case toml::node_type::array: return "a list";
-    case toml::node_type::string: return "text";
-    case toml::node_type::integer:
-    case toml::node_type::floating_point: return "a number";
-    case toml::node_type::boolean: return "true or false";
-    default: return "a date or time";
-  }
-}
-
-std::string at(const Layer& layer, const toml::node& node) {
-  return layer.is_file ? fmt::format("{}:{}", layer.name, node.source().begin.line) : layer.name;
-}
-
-/// The keys that there are, by section; "" before the first.
-class Keys {
- public:
-  void section(const char* name) { section_ = name; }
-  void add(const char* key) { keys_[section_].emplace_back(key); }
-  template <typename T>
-  void number(const char* key, const T&, double, double) {
-    add(key);
-  }
-  void whole(const char* key, int, int, int) { add(key); }
-  void flag(const char* key, bool) { add(key); }
-
-  void refuse_others(const Layer& layer) const {
-    for (const auto& [name, node] : layer.table) {
-      if (knows("", name.str())) continue;
-      const auto section = name.str().empty() ? keys_.end() : keys_.find(std::string(name.str()));
-      if (section == keys_.end()) {
-        throw ToolError("{}: no key or section '{}'; there are seed and {}", at(layer, node),
-                        one_line(name.str()), sections());
-      }
-      if (!node.is_table()) {
-        throw ToolError("{}: {} is {}; it is a section: [{}], and its keys below", at(layer, node),
-                        section->first, type_of(node), section->first);
-      }
-      for (const auto& [key, value] : *node.as_table()) {
-        if (knows(section->first, key.str())) continue;
-        throw ToolError("{}: no key '{}.{}'; [{}] has {}", at(layer, value), section->first,
-                        one_line(key.str()), section->first, fmt::join(section->second, ", "));
-      }
-    }
-  }
-
- private:
-  bool knows(const std::string& section, std::string_view key) const {
-    const std::vector<std::string>& keys = keys_.at(section);
-    return std::find(keys.begin(), keys.end(), key) != keys.end();
-  }
-  std::string sections() const {
-    std::string names;
-    for (const auto& entry : keys_) {
-      if (!entry.first.empty()) names += fmt::format("{}[{}]", names.empty() ? "" : ", ", entry.first);
-    }
-    return names;
-  }
-
-  std::string section_;
-  std::map<std::string, std::vector<std::string>> keys_;
-};
-
-class Reader {
- public:
-  explicit Reader(std::vector<Layer> layers) : layers_(std::move(layers)) {}
-
-  void section(const char* name) {
-    if (section_ != name) floor_ = 0;
-    section_ = name;
-  }
-  /// Of this section, values of layers before `floor` do not count.
-  void ignore_before(int floor) { floor_ = floor; }
-
-  bool number(const char* key, double& value, double low, double high) {
-    const Found found = find(key);
-    if (found.node == nullptr) return false;
-    const auto number = found.node->value<double>();
-    if (!number || !found.node->is_number()) refuse_type(found, key, "a number");
-    if (!(*number >= low && *number <= high)) {
-      fail(key, fmt::format("= {} is out of range; use {} to {}", *number, low, high));
-    }
-    value = *number;
-    return true;
-  }
-  bool number(const char* key, std::optional<double>& value, double low, double high) {
-    double number_read = 0.0;
-    if (!number(key, number_read, low, high)) return false;
-    value = number_read;
-    return true;
-  }
-  template <typename Int>
-  bool whole(const char* key, Int& value, std::int64_t low, std::int64_t high) {
-    const Found found = find(key);
-    if (found.node == nullptr) return false;
-    if (!found.node->is_integer()) refuse_type(found, key, "a whole number");
-    const std::int64_t number = found.node->as_integer()->get();
-    if (number < low || number > high)
-      fail(key, fmt::format("= {} is out of range; use {} to {}", number, low, high));
-    value = static_cast<Int>(number);
-    return true;
-  }
-  void flag(const char* key, bool& value) {
-    const Found found = find(key);
-    if (found.node == nullptr) return;
-    if (!found.node->is_boolean()) refuse_type(found, key, "true or false");
-    value = found.node->as_boolean()->get();
-  }
-  bool text(const char* key, std::string& value) {
-    const Found found = find(key);
-    if (found.node == nullptr) return false;
-    if (!found.node->is_string()) refuse_type(found, key, "text in quotes");
-    value = found.node->as_string()->get();
-    return true;
-  }
-
-  struct Found {
-    const toml::node* node = nullptr;
-    int layer = -1;
-  };
-  /// The value that counts.
-  Found find(const char* key) const {
-    for (int i = static_cast<int>(layers_.size()) - 1; i >= floor_; --i) {
-      const toml::table& root = layers_[static_cast<std::size_t>(i)].table;
-      const toml::table* table = section_.empty() ? &root : root[section_].as_table();
-      if (table != nullptr && table->get(key) != nullptr) return {table->get(key), i};
-    }
-    return {};
-  }
-  int layer_of(const char* key) const { return find(key).layer; }
-  const Layer& layer(int index) const { return layers_[static_cast<std::size_t>(index)]; }
-
-  /// Refuses a value; where it is not given, `or_key` tells where to look.
-  [[noreturn]] void fail(const char* key, const std::string& why, const char* or_key = nullptr) {
-    Found found = find(key);
-    if (found.node == nullptr && or_key != nullptr) found = find(or_key);
-    const std::string name = section_.empty() ? key : section_ + "." + key;
-    if (found.node != nullptr)
-      throw ToolError("{}: {} {}", at(layer(found.layer), *found.node), name, one_line(why));
-    const Layer* file = nullptr;
-    for (const Layer& layer : layers_) file = layer.is_file ? &layer : file;
-    throw ToolError("{}: {} {}", file != nullptr ? file->name : "scene", name, one_line(why));
-  }
-  [[noreturn]] void refuse_type(const Found& found, const char* key, const char* wanted) {
-    fail(key, fmt::format("is {}; it wants {}", type_of(*found.node), wanted));
-  }
-
- private:
-  std::vector<Layer> layers_;
-  std::string section_;
-  int floor_ = 0;
-};
-
-void read_site(Reader& reader, Site& site) {
+void read_site(LayeredToml& reader, Site& site) {
   reader.section("site");
   double size_m = 0.0;
   const bool square = reader.number("size_m", size_m, 2.0, 2000.0);
@@ -323,7 +152,7 @@ void read_site(Reader& reader, Site& site) {
   if (!has_origin) site.origin_y_m = -site.height_m;
 }
 
-void read_rocks(Reader& reader, Rocks& rocks) {
+void read_rocks(LayeredToml& reader, Rocks& rocks) {
   visit_rocks(reader, rocks);
   if (rocks.min_diameter_m >= rocks.max_diameter_m) {
     reader.fail(
@@ -340,7 +169,7 @@ void read_rocks(Reader& reader, Rocks& rocks) {
 }
 
 /// What follows from a changed size or field of view, where nothing as late says otherwise.
-void derive_intrinsics(Reader& reader, Rig& rig) {
+void derive_intrinsics(LayeredToml& reader, Rig& rig) {
   const int size = std::max(reader.layer_of("width_px"), reader.layer_of("height_px"));
   const int fov = reader.layer_of("hfov_deg");
   const int fx = reader.layer_of("fx_px");
@@ -369,7 +198,7 @@ bool same_numbers(const Rig& a, const Rig& b) {
 }
 
 /// A rig that cannot work on level ground.
-void refuse_impossible(Reader& reader, const Rig& rig) {
+void refuse_impossible(LayeredToml& reader, const Rig& rig) {
   // Depth along the optical axis where the ray of row v meets level ground: height / slope(v).
   const double pitch_rad = rig.pitch_down_deg * kRadPerDeg;
   const auto slope = [&](double v) {
@@ -406,7 +235,7 @@ void refuse_impossible(Reader& reader, const Rig& rig) {
   }
 }
 
-void read_rig(Reader& reader, Rig& rig) {
+void read_rig(LayeredToml& reader, Rig& rig) {
   reader.section("rig");
   std::string name = "paper";
   reader.text("name", name);
@@ -434,8 +263,8 @@ void read_rig(Reader& reader, Rig& rig) {
 }
 
 /// A table's columns x and y; or [[x, y], ...] in the scene itself.
-std::vector<Vec2> read_waypoints(Reader& reader) {
-  const Reader::Found found = reader.find("waypoints");
+std::vector<Vec2> read_waypoints(LayeredToml& reader) {
+  const LayeredToml::Found found = reader.find("waypoints");
   std::vector<Vec2> points;
   if (found.node == nullptr)
     reader.fail("waypoints", "is missing; name a CSV file with columns x, y", "kind");
@@ -453,7 +282,7 @@ std::vector<Vec2> read_waypoints(Reader& reader) {
       reader.refuse_type(found, "waypoints", "a CSV file's name, or [[x, y], [x, y]]");
     reader.text("waypoints", file);
     std::filesystem::path path = file;
-    const Layer& layer = reader.layer(found.layer);
+    const TomlLayer& layer = reader.layer(found.layer);
     if (layer.is_file) path = std::filesystem::path(layer.name).parent_path() / path;
     points = ground::read_waypoints(path);
   }
@@ -484,7 +313,7 @@ double count_frames(const Traverse& t) {
   return length_m / t.step_m + turns_deg / t.turn_step_deg + standing;
 }
 
-void refuse_off_site(Reader& reader, const Scene& scene, const std::vector<PathPoint>& path) {
+void refuse_off_site(LayeredToml& reader, const Scene& scene, const std::vector<PathPoint>& path) {
   const Site& site = scene.site;
   double least_m = std::numeric_limits<double>::infinity();
   std::size_t worst = 0;
@@ -509,7 +338,7 @@ void refuse_off_site(Reader& reader, const Scene& scene, const std::vector<PathP
       "kind");
 }
 
-void read_traverse(Reader& reader, Scene& scene) {
+void read_traverse(LayeredToml& reader, Scene& scene) {
   Traverse& t = scene.traverse;
   reader.section("traverse");
   std::string kind = name_of(t.kind);
@@ -556,37 +385,9 @@ void read_traverse(Reader& reader, Scene& scene) {
   refuse_off_site(reader, scene, path);
 }
 
-toml::table parse(std::string_view text, const std::string& name) {
-  try {
-    return toml::parse(text, name);
-  } catch (const toml::parse_error& error) {
-    throw ToolError("{}:{}: not TOML: {}", name, error.source().begin.line, one_line(error.description()));
-  }
-}
-
-/// "section.key=value"; a value that is no TOML is taken as text.
-Layer setting(const std::string& set) {
-  const std::string name = "--set " + one_line(set);
-  const std::size_t equals = set.find('=');
-  if (equals == std::string::npos || equals == 0 || one_line(set) != set) {
-    throw ToolError("{}: wants section.key=value, as in traverse.length_m=20", name);
-  }
-  try {
-    return {toml::parse(set, name), name, false};
-  } catch (const toml::parse_error&) {
-    const std::string value = set.substr(equals + 1);
-    if (value.find('\'') != std::string::npos) throw ToolError("{}: this value is not TOML; mend it", name);
-    try {
-      return {toml::parse(set.substr(0, equals) + "='" + value + "'", name), name, false};
-    } catch (const toml::parse_error& error) {
-      throw ToolError("{}: not TOML: {}", name, one_line(error.description()));
-    }
-  }
-}
-
-Keys all_keys() {
+TomlKeys all_keys() {
   Scene scene;
-  Keys keys;
+  TomlKeys keys;
   keys.section("");
   keys.add("seed");
   visit_site(keys, scene.site);
@@ -632,16 +433,12 @@ const char* name_of(TraverseKind kind) {
 }
 
 Scene load_scene(const std::filesystem::path& path, const std::vector<std::string>& sets) {
-  std::vector<Layer> layers;
-  if (!path.empty()) {
-    const std::vector<std::uint8_t> bytes = read_file(path);
-    layers.push_back({parse({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string()),
-                      path.string(), true});
-  }
-  for (const std::string& set : sets) layers.push_back(setting(set));
-  const Keys keys = all_keys();
-  for (const Layer& layer : layers) keys.refuse_others(layer);
-  Reader reader(std::move(layers));
+  std::vector<TomlLayer> layers;
+  if (!path.empty()) layers.push_back(read_toml(path));
+  for (const std::string& set : sets) layers.push_back(toml_setting(set));
+  const TomlKeys keys = all_keys();
+  for (const TomlLayer& layer : layers) keys.refuse_others(layer);
+  LayeredToml reader(std::move(layers));
   Scene scene;
   reader.section("");
   reader.whole("seed", scene.seed, 0, std::numeric_limits<std::int64_t>::max());
