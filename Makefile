@@ -67,7 +67,7 @@ HOST_TESTS   := $(foreach room,ground_tools integration opencv,unit_tests/$(room
 # Missions whose data set only this test needs, and only in their own sizes.
 DATA_MISSIONS := euroc kitti lunar
 DATA_TEST    := unit_tests/integration/test_mission_data.cpp
-NOT_FOR_DATA := ortho/heights% cmap/delta_% cmap/uplink% cmap/upload_%
+NOT_FOR_DATA := ortho/heights% cmap/corridor% cmap/delta_% cmap/uplink% cmap/upload_%
 DATA_TOOLS   := $(foreach room,base dataset ortho detect cmap,$(wildcard ground_tools/$(room)/*.cpp))
 DATA_TOOLS   := $(filter-out $(NOT_FOR_DATA:%=ground_tools/%),$(DATA_TOOLS))
 

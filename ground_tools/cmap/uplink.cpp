@@ -8,99 +8,19 @@
 
 #include "base/tool_error.hpp"
 #include "base/waypoints.hpp"
-#include "core/trig.hpp"
 
 namespace cairn::ground {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 constexpr double kMicrometresPerMetre = 1e6;
-constexpr double kPieceOfWay_m = 1.0;  ///< reach is taken as constant on it
-constexpr double kBouldersPerTile = 100.0;
 constexpr std::uint32_t kLeastTileSide = 64;  // cells
-
-/// A boulder within reach of the path.
-struct Reached {
-  const TableBoulder* boulder = nullptr;
-  double way_m = 0.0;
-  double first_s_m = 0.0;
-  std::uint32_t tile = 0;
-};
-
-/// Way on the segment from `a` to `b` that lies within `radius_m` of `p`: [from, to] as shares, or nothing.
-bool within_reach(const Vec2& p, const Vec2& a, const Vec2& b, double radius_m, double& from, double& to) {
-  const Vec2 along = b - a;
-  const double length = along.norm();
-  const double foot = (p - a).dot(along) / length;
-  const double off = std::fabs((p.x() - a.x()) * along.y() - (p.y() - a.y()) * along.x()) / length;
-  if (off > radius_m) return false;
-  const double half_chord = std::sqrt(radius_m * radius_m - off * off);
-  from = std::max(0.0, (foot - half_chord) / length);
-  to = std::min(1.0, (foot + half_chord) / length);
-  return from < to;
-}
-
-/// Calls `piece(a, b, s, reach)` for each piece of the way.
-template <typename Piece>
-void along_path(const PlannedPath& path, const UplinkParams& params, const Piece& piece) {
-  for (std::size_t i = 1; i < path.p_map_m.size(); ++i) {
-    const double length_m = path.s_m[i] - path.s_m[i - 1];
-    const int pieces = std::max(1, static_cast<int>(std::ceil(length_m / kPieceOfWay_m)));
-    const Vec2 step = (path.p_map_m[i] - path.p_map_m[i - 1]) / pieces;
-    for (int n = 0; n < pieces; ++n) {
-      const Vec2 a = path.p_map_m[i - 1] + n * step;
-      const double s_m = path.s_m[i - 1] + length_m * n / pieces;
-      piece(a, Vec2(a + step), s_m, reach_m(params, s_m + 0.5 * length_m / pieces));
-    }
-  }
-}
-
-std::vector<Reached> boulders_within_reach(const std::vector<TableBoulder>& boulders, const PlannedPath& path,
-                                           const UplinkParams& params) {
-  std::vector<Reached> by_x;
-  by_x.reserve(boulders.size());
-  for (const TableBoulder& b : boulders) by_x.push_back({&b, 0.0, 0.0, 0});
-  const auto x = [](const Reached& r) { return r.boulder->p_map_m.x(); };
-  std::stable_sort(by_x.begin(), by_x.end(), [&](const Reached& a, const Reached& b) { return x(a) < x(b); });
-  along_path(path, params, [&](const Vec2& a, const Vec2& b, double s_m, double radius_m) {
-    const double low = std::min(a.x(), b.x()) - radius_m;
-    const double high = std::max(a.x(), b.x()) + radius_m;
-    auto r = std::lower_bound(by_x.begin(), by_x.end(), low,
-                              [&](const Reached& item, double value) { return x(item) < value; });
-    for (; r != by_x.end() && x(*r) <= high; ++r) {
-      double from = 0.0;
-      double to = 0.0;
-      if (!within_reach(r->boulder->p_map_m, a, b, radius_m, from, to)) continue;
-      const double length_m = (b - a).norm();
-      if (r->way_m == 0.0) r->first_s_m = s_m + from * length_m;
-      r->way_m += (to - from) * length_m;
-    }
-  });
-  by_x.erase(std::remove_if(by_x.begin(), by_x.end(), [](const Reached& r) { return r.way_m == 0.0; }),
-             by_x.end());
-  return by_x;
-}
-
-/// The corridor's box, cut to the mapped ground.
-MapExtent box_of(const PlannedPath& path, const UplinkParams& params, const MapExtent& mapped) {
-  MapExtent box{mapped.max_x_m, mapped.max_y_m, mapped.min_x_m, mapped.min_y_m};
-  along_path(path, params, [&](const Vec2& a, const Vec2& b, double, double radius_m) {
-    for (const Vec2& p : {a, b}) {
-      box.min_x_m = std::min(box.min_x_m, p.x() - radius_m);
-      box.min_y_m = std::min(box.min_y_m, p.y() - radius_m);
-      box.max_x_m = std::max(box.max_x_m, p.x() + radius_m);
-      box.max_y_m = std::max(box.max_y_m, p.y() + radius_m);
-    }
-  });
-  return {std::max(box.min_x_m, mapped.min_x_m), std::max(box.min_y_m, mapped.min_y_m),
-          std::min(box.max_x_m, mapped.max_x_m), std::min(box.max_y_m, mapped.max_y_m)};
-}
 
 std::uint32_t suitable_side(const CmapContent& map, const UplinkParams& params, std::size_t boulders,
                             double corridor_m2) {
   const double tile_m = params.tile_m > 0.0
                             ? params.tile_m
-                            : std::sqrt(kBouldersPerTile * corridor_m2 / static_cast<double>(boulders));
+                            : std::sqrt(kBouldersPerCutTile * corridor_m2 / static_cast<double>(boulders));
   const double side = std::round(tile_m / map.quantum_m);
   return static_cast<std::uint32_t>(
       std::clamp(side, static_cast<double>(kLeastTileSide), static_cast<double>(cmap::kMaxTileSide)));
@@ -151,12 +71,12 @@ struct Job {
   CmapLayout layout;
   GridShift shift;
   CmapSource source;
-  std::vector<Reached> reached;
+  std::vector<CorridorBoulder> reached;
 
   /// The map of the boulders in the tiles that `keeps` names, in the tables of the base or of the map.
   Bytes encode(const AttributeTables& tables, const std::vector<bool>& keeps) const {
     std::vector<TableBoulder> boulders;
-    for (const Reached& r : reached) {
+    for (const CorridorBoulder& r : reached) {
       if (keeps[r.tile]) boulders.push_back(*r.boulder);
     }
     CmapLayout like = layout;
@@ -170,7 +90,7 @@ struct Job {
 std::vector<RankedTile> rank(const Job& job, double length_m) {
   std::vector<RankedTile> all(std::size_t{job.layout.columns()} * job.layout.rows());
   for (std::size_t t = 0; t < all.size(); ++t) all[t].tile = static_cast<std::uint32_t>(t);
-  for (const Reached& r : job.reached) {
+  for (const CorridorBoulder& r : job.reached) {
     RankedTile& tile = all[r.tile];
     tile.first_s_m = tile.boulders == 0 ? r.first_s_m : std::min(tile.first_s_m, r.first_s_m);
     ++tile.boulders;
@@ -269,31 +189,7 @@ void check_base(const CmapContent& map, const std::string& name, const BaseMap& 
   }
 }
 
-double corridor_area_m2(const PlannedPath& path, const UplinkParams& params) {
-  double area_m2 = kPi * params.half_width_m * params.half_width_m;
-  along_path(path, params, [&](const Vec2& a, const Vec2& b, double, double radius_m) {
-    area_m2 += 2.0 * radius_m * (b - a).norm();
-  });
-  return area_m2;
-}
-
 }  // namespace
-
-PlannedPath path_of(const std::vector<Vec2>& p_map_m) {
-  PlannedPath path;
-  for (const Vec2& p : p_map_m) {
-    const double step_m = path.p_map_m.empty() ? 0.0 : (p - path.p_map_m.back()).norm();
-    if (!path.p_map_m.empty() && step_m == 0.0) continue;
-    path.s_m.push_back(path.length_m() + step_m);
-    path.p_map_m.push_back(p);
-  }
-  return path;
-}
-
-double reach_m(const UplinkParams& params, double s_m) {
-  const double since_fix_m = params.fix_every_m > 0.0 ? std::fmod(s_m, params.fix_every_m) : s_m;
-  return params.half_width_m + params.drift * since_fix_m;
-}
 
 Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedPath& path,
                  const UplinkParams& params, const std::optional<BaseMap>& base) {
@@ -304,7 +200,7 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
 
   Cut cut;
   cut.length_m = path.length_m();
-  cut.box = box_of(path, params, map.extent);
+  cut.box = corridor_box(path, params, map.extent);
   cut.map_boulders = map.boulders.size();
   cut.map_bytes = map_bytes.size();
   Job job{map, params, base, {}, {}, {}, boulders_within_reach(map.boulders, path, params)};
@@ -332,7 +228,7 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
       map.site,
       map.epoch_s,
       map.revision};
-  for (Reached& r : job.reached) r.tile = tile_of(job.layout, r.boulder->p_map_m);
+  for (CorridorBoulder& r : job.reached) r.tile = tile_of(job.layout, r.boulder->p_map_m);
   cut.layout = job.layout;
   cut.tiles = rank(job, std::max(cut.length_m, 1e-9));
   cut.rank_of_tile.assign(std::size_t{job.layout.columns()} * job.layout.rows(), cut.tiles.size());

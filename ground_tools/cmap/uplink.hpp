@@ -1,48 +1,33 @@
 /// Cuts from a map what the next drive needs, and makes an upload of it.
 ///
-/// The corridor is all ground within reach of the planned path. Reach grows along the path with the drift
-/// that has gathered since the last fix that is expected:
-///   reach(s) = half_width + drift * (s - s of the last expected fix)
-/// half_width is what the rig sees to its side, and what registration may correct. Boulders outside are left
-/// out; those inside are kept by tiles. The use of a tile is the sum over its boulders of the way on which
-/// each is within reach, halved from the path's start to its end (1 / (1 + s / length), s where the tile
-/// comes within reach), since far ground can be sent later. Where there is a budget, tiles of the most use a
-/// byte are kept. The grid covers the corridor's box in whole tiles, and lies on that of the map that is cut,
-/// or of the base, so that later cuts share tiles with this one.
+/// Boulders outside the path's corridor (corridor.hpp) are left out; those inside are kept by tiles. The use
+/// of a tile is the sum over its boulders of the way on which each is within reach, halved from the path's
+/// start to its end (1 / (1 + s / length), s where the tile comes within reach), since far ground can be sent
+/// later. Where there is a budget, tiles of the most use a byte are kept. The grid covers the corridor's box
+/// in whole tiles, and lies on that of the map that is cut, or of the base, so that later cuts share tiles
+/// with this one.
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/telecommand.hpp"
 #include "cmap/cmap_file.hpp"
+#include "cmap/corridor.hpp"
 #include "cmap/upload_packets.hpp"
-#include "mission_cfg.hpp"
 
 namespace cairn::ground {
 
-struct UplinkParams {
-  double half_width_m = cfg::kMission.boulder_max_range_m + cfg::kMission.icp_max_correction_m;
-  double drift = cfg::kMission.drift_scale;  ///< share of the way
-  double fix_every_m = 0.0;                  ///< way between fixes that are expected; 0: none is
-  std::size_t budget_bytes = 0;              ///< on the link, packets and all; 0: no limit
+/// Boulders a tile that the cut aims at, at the corridor's density.
+inline constexpr double kBouldersPerCutTile = 100.0;
+
+struct UplinkParams : CorridorParams {
+  std::size_t budget_bytes = 0;  ///< on the link, packets and all; 0: no limit
   std::size_t chunk_bytes = app::kMaxChunkDataBytes;
   double tile_m = 0.0;  ///< 0: as the corridor's density suggests; that of the base where there is one
 };
-
-/// Way-points in frame `map`, at least two, in order.
-struct PlannedPath {
-  std::vector<Vec2> p_map_m;
-  std::vector<double> s_m;  ///< way to each
-  double length_m() const { return s_m.empty() ? 0.0 : s_m.back(); }
-};
-
-PlannedPath path_of(const std::vector<Vec2>& p_map_m);
-
-double reach_m(const UplinkParams& params, double s_m);
 
 /// The map in use, and its name for messages.
 struct BaseMap {

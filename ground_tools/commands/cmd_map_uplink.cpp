@@ -103,8 +103,11 @@ void add_map_uplink(CLI::App& map) {
   app->add_option("--budget", p.budget_bytes, "most bytes on the link, packets and all (default: no limit)")
       ->check(CLI::PositiveNumber);
   app->add_option("--chunk", p.chunk_bytes, "data in a chunk, bytes")->capture_default_str();
-  app->add_option("--tile", p.tile_m,
-                  "side of a tile, m (default: some 60 boulders; with --base, that of the base)");
+  app->add_option(
+      "--tile", p.tile_m,
+      fmt::format("side of a tile, m (default: about {:.0f} boulders in each; with --base, that of "
+                  "the base)",
+                  kBouldersPerCutTile));
   app->add_option("--sequence", o.sequence, "sequence number of the first packet")->capture_default_str();
   app->add_option("--only", o.only,
                   "write these chunks alone, e.g. 3,7-9: those that were lost (default: all, with begin)");
