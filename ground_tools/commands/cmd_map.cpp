@@ -1,100 +1,53 @@
-// cairn map score; the others have files of their own
+// cairn map: its parts, and what they share
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <memory>
-#include <string>
 
-#include "base/boulder_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
-#include "cmap/cmap_file.hpp"
 #include "commands/cmd_map.hpp"
 #include "commands/commands.hpp"
-#include "map/score.hpp"
+#include "ortho/reference_system.hpp"
 
 namespace cairn::ground {
-namespace {
 
-namespace fs = std::filesystem;
-
-struct ScoreOptions {
-  fs::path map;
-  fs::path truth;
-  std::string sun;
-  ScoreParams params;
-};
-
-void print_score(const ScoreOptions& options) {
-  std::vector<TableBoulder> entries;
-  MapExtent extent;
-  if (options.map.extension() == ".csv") {
-    entries = read_csv(options.map);
-    extent = extent_of(entries);
-  } else {
-    CmapContent map = decode_cmap(read_file(options.map), options.map.string());
-    entries = std::move(map.boulders);
-    extent = map.extent;
-  }
-  const ScoreParams& p = options.params;
-  const std::vector<TableBoulder> truth = read_csv(options.truth);
-  const MapScore score = score_map(entries, truth, extent, p);
-  if (score.rocks == 0) {
-    throw ToolError("{}: no rock of {} m or more lies inside {}; are both in the same reference system?",
-                    options.truth.string(), p.recall_diameter_m, options.map.string());
-  }
-  fmt::print("recall            {:.3f} ({} of {} rocks of {} m and more)\n", score.recall(), score.found,
-             score.rocks, p.recall_diameter_m);
-  fmt::print("precision         {:.3f} ({} of {} entries at a rock of {} m and more)\n", score.precision(),
-             score.right, score.entries, p.precision_diameter_m);
-  fmt::print("centroid error    {:.3f} m (median)\n", score.median_error_m);
-  fmt::print("centroid shift    {:+.3f} m east, {:+.3f} m north (mean)\n", score.mean_shift_map_m.x(),
-             score.mean_shift_map_m.y());
-  if (!options.sun.empty()) {
-    fmt::print("towards the sun   {:+.3f} m (mean; minus: into the shadow)\n",
-               sunward_shift_m(score, parse_sun(options.sun)));
-  }
-  for (const SizeClass& c : score_by_size(entries, truth, extent, p)) {
-    fmt::print(
-        "{:>5.2f} to {:.2f} m   recall {:.3f} ({} of {}), centroid error {:.3f} m, diameter x {:.2f}\n",
-        c.from_m, c.to_m, c.recall(), c.found, c.rocks, c.median_error_m, c.diameter_ratio);
-  }
+void print_json(const Json& object) {
+  fmt::print("{}\n", object.dump(2, ' ', false, Json::error_handler_t::replace));
 }
 
-}  // namespace
+Json to_json(const MapExtent& e) {
+  return {{"min_x_m", e.min_x_m}, {"min_y_m", e.min_y_m}, {"max_x_m", e.max_x_m}, {"max_y_m", e.max_y_m}};
+}
+
+double usual_distance_m(std::initializer_list<double> pixels_m) {
+  return std::max(0.1, 2.0 * std::max(pixels_m));
+}
+
+CmapContent load_map(const std::filesystem::path& path) {
+  return decode_cmap(read_file(path), path.string());
+}
+
+void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
+                      const std::filesystem::path& b_path, const CmapContent& b) {
+  if (same_reference(a.reference_system, b.reference_system)) return;
+  throw ToolError(
+      "{}: is in {}, and {} in {}; build both from orthoimages of one reference system (gdalwarp -t_srs)",
+      b_path.string(), b.reference_system, a_path.string(), a.reference_system);
+}
 
 void add_map_commands(CLI::App& app) {
   CLI::App* map = app.add_subcommand("map", "prepare and inspect orbital boulder maps");
   map->require_subcommand(1);
   add_map_build(*map);
   add_map_info(*map);
+  add_map_verify(*map);
   add_map_unpack(*map);
+  add_map_quicklook(*map);
   add_map_diff(*map);
+  add_map_merge(*map);
   add_map_uplink(*map);
   add_map_forecast(*map);
-
-  const auto score = std::make_shared<ScoreOptions>();
-  CLI::App* score_app = map->add_subcommand("score", "compare a map, or a table, with the true rocks");
-  score_app->add_option("MAP", score->map, "map (.cmap) or table (.csv)")->required();
-  score_app->add_option("--truth", score->truth, "table of the true rocks (columns x, y, diameter)")
-      ->required();
-  score_app->add_option("--margin", score->params.margin_m, "rim of the map that does not count, m")
-      ->capture_default_str();
-  score_app->add_option("--sun", score->sun,
-                        "ELEVATION,AZIMUTH, degrees: tells how far the entries lie towards the sun");
-  score_app
-      ->add_option("--recall-diameter", score->params.recall_diameter_m,
-                   "true rocks of this size and more are to be found, m")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
-  score_app
-      ->add_option("--precision-diameter", score->params.precision_diameter_m,
-                   "true rocks of this size and more make an entry right, m")
-      ->capture_default_str();
-  score_app->add_option("--distance", score->params.distance_m, "an entry belongs to a rock within this, m")
-      ->capture_default_str();
-  score_app->callback([score] { print_score(*score); });
+  add_map_score(*map);
 }
 
 }  // namespace cairn::ground

@@ -10,12 +10,17 @@
 
 namespace cairn::ground {
 
-void add_map_build(CLI::App& map);     ///< cairn map build   (cmd_map_build.cpp)
-void add_map_info(CLI::App& map);      ///< cairn map info | verify   (cmd_map_info.cpp)
-void add_map_diff(CLI::App& map);      ///< cairn map diff | merge   (cmd_map_diff.cpp)
-void add_map_unpack(CLI::App& map);    ///< cairn map unpack | quicklook   (cmd_map_unpack.cpp)
-void add_map_uplink(CLI::App& map);    ///< cairn map uplink   (cmd_map_uplink.cpp)
-void add_map_forecast(CLI::App& map);  ///< cairn map forecast   (cmd_map_forecast.cpp)
+// Each of `cairn map`, in its file cmd_map_<name>.cpp.
+void add_map_build(CLI::App& map);
+void add_map_diff(CLI::App& map);
+void add_map_forecast(CLI::App& map);
+void add_map_info(CLI::App& map);
+void add_map_merge(CLI::App& map);
+void add_map_quicklook(CLI::App& map);
+void add_map_score(CLI::App& map);
+void add_map_unpack(CLI::App& map);
+void add_map_uplink(CLI::App& map);
+void add_map_verify(CLI::App& map);
 
 /// A command worked and its answer is no (maps differ, map damaged): exit status 2. 1 is an error,
 /// told on stderr.
@@ -27,6 +32,12 @@ using Json = nlohmann::ordered_json;
 /// One object on stdout.
 void print_json(const Json& object);
 Json to_json(const MapExtent& extent);
+
+CmapContent load_map(const std::filesystem::path& path);
+
+/// Throws ToolError where the maps lie in different reference systems.
+void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
+                      const std::filesystem::path& b_path, const CmapContent& b);
 
 /// How near two maps' entries of one boulder lie: two pixels of the coarsest image, at least 0.1 m.
 double usual_distance_m(std::initializer_list<double> pixels_m);

@@ -1,0 +1,86 @@
+// cairn map score
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "base/tool_error.hpp"
+#include "commands/cmd_map.hpp"
+#include "map/score.hpp"
+
+namespace cairn::ground {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ScoreOptions {
+  fs::path map;
+  fs::path truth;
+  std::string sun;
+  ScoreParams params;
+};
+
+void print_score(const ScoreOptions& options) {
+  std::vector<TableBoulder> entries;
+  MapExtent extent;
+  if (options.map.extension() == ".csv") {
+    entries = read_csv(options.map);
+    extent = extent_of(entries);
+  } else {
+    CmapContent map = load_map(options.map);
+    entries = std::move(map.boulders);
+    extent = map.extent;
+  }
+  const ScoreParams& p = options.params;
+  const std::vector<TableBoulder> truth = read_csv(options.truth);
+  const MapScore score = score_map(entries, truth, extent, p);
+  if (score.rocks == 0) {
+    throw ToolError("{}: no rock of {} m or more lies inside {}; are both in the same reference system?",
+                    options.truth.string(), p.recall_diameter_m, options.map.string());
+  }
+  fmt::print("recall            {:.3f} ({} of {} rocks of {} m and more)\n", score.recall(), score.found,
+             score.rocks, p.recall_diameter_m);
+  fmt::print("precision         {:.3f} ({} of {} entries at a rock of {} m and more)\n", score.precision(),
+             score.right, score.entries, p.precision_diameter_m);
+  fmt::print("centroid error    {:.3f} m (median)\n", score.median_error_m);
+  fmt::print("centroid shift    {:+.3f} m east, {:+.3f} m north (mean)\n", score.mean_shift_map_m.x(),
+             score.mean_shift_map_m.y());
+  if (!options.sun.empty()) {
+    fmt::print("towards the sun   {:+.3f} m (mean; minus: into the shadow)\n",
+               sunward_shift_m(score, parse_sun(options.sun)));
+  }
+  for (const SizeClass& c : score_by_size(entries, truth, extent, p)) {
+    fmt::print(
+        "{:>5.2f} to {:.2f} m   recall {:.3f} ({} of {}), centroid error {:.3f} m, diameter x {:.2f}\n",
+        c.from_m, c.to_m, c.recall(), c.found, c.rocks, c.median_error_m, c.diameter_ratio);
+  }
+}
+
+}  // namespace
+
+void add_map_score(CLI::App& map) {
+  const auto score = std::make_shared<ScoreOptions>();
+  CLI::App* score_app = map.add_subcommand("score", "compare a map, or a table, with the true rocks");
+  score_app->add_option("MAP", score->map, "map (.cmap) or table (.csv)")->required();
+  score_app->add_option("--truth", score->truth, "table of the true rocks (columns x, y, diameter)")
+      ->required();
+  score_app->add_option("--margin", score->params.margin_m, "rim of the map that does not count, m")
+      ->capture_default_str();
+  score_app->add_option("--sun", score->sun,
+                        "ELEVATION,AZIMUTH, degrees: tells how far the entries lie towards the sun");
+  score_app
+      ->add_option("--recall-diameter", score->params.recall_diameter_m,
+                   "true rocks of this size and more are to be found, m")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  score_app
+      ->add_option("--precision-diameter", score->params.precision_diameter_m,
+                   "true rocks of this size and more make an entry right, m")
+      ->capture_default_str();
+  score_app->add_option("--distance", score->params.distance_m, "an entry belongs to a rock within this, m")
+      ->capture_default_str();
+  score_app->callback([score] { print_score(*score); });
+}
+
+}  // namespace cairn::ground
