@@ -347,21 +347,6 @@ std::vector<std::uint8_t> encode_cmap(const std::vector<TableBoulder>& boulders,
                   encode_tiles(layout, coded));
 }
 
-std::vector<std::uint8_t> keep_tiles(const std::vector<std::uint8_t>& bytes, const std::vector<bool>& keep) {
-  const CmapContent map = decode_cmap(bytes, "map", true);
-  Payloads payloads;
-  std::uint32_t count = 0;
-  for (const CmapTile& tile : map.tiles) {
-    payloads.emplace_back();
-    if (!tile.good || !keep.at(tile.index)) continue;
-    const auto first = bytes.begin() + static_cast<std::ptrdiff_t>(tile.offset);
-    payloads.back().assign(first, first + tile.bytes);
-    count += tile.count;
-  }
-  const auto head_end = bytes.begin() + be::get_u16(bytes.data() + cmap::kHeadBytesAt);
-  return assemble({bytes.begin(), head_end}, count, payloads);
-}
-
 std::string explain(MapStatus status) {
   switch (status) {
     case MapStatus::kIdle:
@@ -400,12 +385,6 @@ CmapLayout layout_of(const std::vector<std::uint8_t>& bytes, const std::string& 
   if (!may_be_used(status) && status != MapStatus::kNoBoulders)
     throw ToolError("{}: {}", name, explain(status));
   return layout_in(bytes.data());
-}
-
-std::vector<TableBoulder> decode_tile(const OrbitalMap& map, std::uint32_t index) {
-  std::vector<TableBoulder> boulders;
-  static_cast<void>(read_tile(map, index, boulders));
-  return boulders;
 }
 
 CmapContent decode_cmap(const std::vector<std::uint8_t>& bytes, const std::string& name, bool salvage) {

@@ -74,9 +74,6 @@ std::vector<std::uint8_t> encode_cmap(const std::vector<TableBoulder>& boulders,
                                       double quantum_m, const CmapSource& source,
                                       const CmapOptions& options = {}, CmapReport* report = nullptr);
 
-/// The same map with some tiles alone, their bytes unchanged (one flag a tile).
-std::vector<std::uint8_t> keep_tiles(const std::vector<std::uint8_t>& bytes, const std::vector<bool>& keep);
-
 /// A tile of a map.
 struct CmapTile {
   std::uint32_t index = 0;
@@ -118,8 +115,5 @@ MapStatus validate_cmap(const std::vector<std::uint8_t>& bytes, OrbitalMap* map 
 /// `name` and the reason.
 CmapContent decode_cmap(const std::vector<std::uint8_t>& bytes, const std::string& name,
                         bool salvage = false);
-
-/// The boulders of one tile of a validated map, in the order of the file; none where the tile is bad.
-std::vector<TableBoulder> decode_tile(const OrbitalMap& map, std::uint32_t index);
 
 }  // namespace cairn::ground

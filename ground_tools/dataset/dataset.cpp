@@ -241,7 +241,6 @@ void Dataset::read_stamps() {
     const std::vector<NumberRow> rows = read_number_rows(by_row, 1, "seconds");
     const std::vector<std::size_t> row_of = rows_of_frames(by_row, rows.size(), frames_);
     for (std::size_t i = 0; i < frames_.size(); ++i) frames_[i].stamp_s = seconds(rows[row_of[i]].values[0]);
-    has_times_ = true;
   } else if (fs::exists(by_number)) {
     std::map<int, double> stamp_of;
     for (const NumberRow& row : read_number_rows(by_number)) {
@@ -258,7 +257,6 @@ void Dataset::read_stamps() {
       }
       frame.stamp_s = found->second;
     }
-    has_times_ = true;
   }
   for (std::size_t i = 1; i < frames_.size(); ++i) {
     if (frames_[i].stamp_s <= frames_[i - 1].stamp_s) {

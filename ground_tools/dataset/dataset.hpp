@@ -53,7 +53,6 @@ class Dataset : public Drive {
   FrameTag tag(std::size_t index) const override { return {frames_[index].number, frames_[index].stamp_s}; }
   PairImages images(std::size_t index) const override;
   const std::vector<Frame>& frames() const { return frames_; }
-  bool has_times() const { return has_times_; }
 
   /// T_map_cam (left camera) and T_map_rover of the frame at `index`; empty where the data set has none.
   std::optional<Pose3> truth_cam(std::size_t index) const override;
@@ -73,7 +72,6 @@ class Dataset : public Drive {
   StereoRig rig_;
   Vec3 p_cam0_left_m_ = Vec3(0.0, 0.0, 0.0);  ///< the left camera in the frame that poses.txt tells about
   std::vector<Frame> frames_;
-  bool has_times_ = false;
   std::vector<std::optional<Pose3>> truth_cam_;  ///< as frames_
   std::map<int, Pose3> truth_rover_;             ///< by frame number
   std::vector<TruthRock> truth_rocks_;

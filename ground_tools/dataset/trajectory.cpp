@@ -51,7 +51,6 @@ std::optional<TrajectoryErrors> compare(const Trajectory& estimate, const Trajec
   TrajectoryErrors errors;
   const StampedPose* before = nullptr;
   double sum_xy = 0.0;
-  double sum_xyz = 0.0;
   for (const StampedPose& at : estimate) {
     const StampedPose* const truly = find_stamp(truth, at.stamp_s);
     if (truly == nullptr) continue;
@@ -70,13 +69,11 @@ std::optional<TrajectoryErrors> compare(const Trajectory& estimate, const Trajec
     errors.poses.push_back(error);
 
     sum_xy += error.xy_m * error.xy_m;
-    sum_xyz += error.xyz_m * error.xyz_m;
     if (errors.poses.size() == 1 || error.xy_m > errors.largest_xy.xy_m) errors.largest_xy = error;
   }
   if (errors.poses.empty()) return std::nullopt;
   errors.end = errors.poses.back();
   errors.rms_xy_m = std::sqrt(sum_xy / static_cast<double>(errors.poses.size()));
-  errors.rms_xyz_m = std::sqrt(sum_xyz / static_cast<double>(errors.poses.size()));
   return errors;
 }
 

@@ -43,7 +43,6 @@ struct TrajectoryErrors {
   PoseError end;                 ///< of the last compared pose
   PoseError largest_xy;          ///< the compared pose with the largest xy error (the first of equals)
   double rms_xy_m = 0.0;
-  double rms_xyz_m = 0.0;
 
   /// An error as a share of the path; 0 where the path has no length.
   double percent_of_path(double error_m) const { return path_m > 0.0 ? 100.0 * error_m / path_m : 0.0; }

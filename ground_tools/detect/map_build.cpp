@@ -198,16 +198,4 @@ void MapBuild::follow(const std::function<TileInput()>& open, const BuildSetting
   follow_tile_team(open, threads_to_use(settings.threads, ranks), ranks);
 }
 
-std::vector<TableBoulder> detect_boulders(const Raster& raster, const DetectorParams& params,
-                                          const ShareDone& done) {
-  const std::unique_ptr<RasterSource> source = view_of(raster);
-  const MpiRanks alone;
-  BuildSettings settings;
-  settings.threads = 1;
-  settings.done = done;
-  Detection detection;
-  detection.otsu = params;
-  return MapBuild(*source, detection, settings, alone).run();
-}
-
 }  // namespace cairn::ground

@@ -64,8 +64,4 @@ class MapBuild {
   std::unique_ptr<Inside> inside_;
 };
 
-/// Boulders of a raster in memory, by the same way, on one thread.
-std::vector<TableBoulder> detect_boulders(const Raster& raster, const DetectorParams& params,
-                                          const ShareDone& done = {});
-
 }  // namespace cairn::ground

@@ -411,15 +411,4 @@ TableBoulder table_boulder(const ShadowBoulder& boulder, const GeoTransform& geo
   return b;
 }
 
-std::vector<TableBoulder> detect_boulders_by_shadow(const Raster& raster, const Sun& sun,
-                                                    const ShadowParams& params) {
-  const PixelRect all{0, 0, raster.width, raster.height};
-  std::vector<TableBoulder> boulders;
-  for (const ShadowBoulder& b : detect_boulders_by_shadow({all, raster.grey_view(), raster.valid_view()}, all,
-                                                          shadow_view(sun, raster.geo), params)) {
-    boulders.push_back(table_boulder(b, raster.geo));
-  }
-  return boulders;
-}
-
 }  // namespace cairn::ground

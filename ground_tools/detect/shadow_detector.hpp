@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "base/boulder_table.hpp"
+#include "image/image_view.hpp"
 #include "ortho/raster.hpp"
 #include "ortho/sun.hpp"
 
@@ -87,9 +88,5 @@ std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const
                                                      const ShadowView& view, const ShadowParams& params);
 
 TableBoulder table_boulder(const ShadowBoulder& boulder, const GeoTransform& geo);
-
-/// All boulders of a raster that is in memory.
-std::vector<TableBoulder> detect_boulders_by_shadow(const Raster& raster, const Sun& sun,
-                                                    const ShadowParams& params);
 
 }  // namespace cairn::ground

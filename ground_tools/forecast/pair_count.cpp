@@ -1,9 +1,6 @@
 #include "forecast/pair_count.hpp"
 
 #include <algorithm>
-#include <numeric>
-
-#include "core/assert.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -27,18 +24,6 @@ double tail(const std::vector<double>& probabilities, std::size_t least, std::si
 }
 
 }  // namespace
-
-std::vector<double> count_distribution(const std::vector<double>& probabilities) {
-  std::vector<double> at(probabilities.size() + 1, 0.0);
-  at[0] = 1.0;
-  for (std::size_t n = 0; n < probabilities.size(); ++n) {
-    const double p = probabilities[n];
-    CAIRN_ASSERT(p >= 0.0 && p <= 1.0);
-    for (std::size_t k = n + 1; k > 0; --k) at[k] = at[k] * (1.0 - p) + at[k - 1] * p;
-    at[0] *= 1.0 - p;
-  }
-  return at;
-}
 
 double at_least(const std::vector<double>& probabilities, std::size_t least) {
   return tail(probabilities, least, kNone);

@@ -9,10 +9,7 @@
 
 namespace cairn::ground {
 
-/// P(k events), k = 0 ... n. Asks for probabilities in [0, 1]. Cost n^2.
-std::vector<double> count_distribution(const std::vector<double>& probabilities);
-
-/// P(at least `least` events).
+/// P(at least `least` events). Asks for probabilities in [0, 1]. Cost n `least`.
 double at_least(const std::vector<double>& probabilities, std::size_t least);
 
 /// Of each event, the probability that it happened, given that at least `least` did; 0 where that cannot be.

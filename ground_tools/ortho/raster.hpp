@@ -1,15 +1,10 @@
-/// Orthoimages: where their pixels lie on the ground, and small ones whole in memory.
+/// Where the pixels of an orthoimage lie on the ground.
 #pragma once
 
 #include <cmath>
-#include <cstdint>
-#include <filesystem>
-#include <string>
-#include <vector>
 
 #include "base/boulder_table.hpp"
 #include "core/eigen.hpp"
-#include "image/image_view.hpp"
 
 namespace cairn::ground {
 
@@ -30,23 +25,7 @@ struct GeoTransform {
   double pixel_m() const { return std::sqrt(pixel_area_m2()); }
 };
 
-struct Raster {
-  int width = 0;
-  int height = 0;
-  std::vector<std::uint8_t> grey;
-  std::vector<std::uint8_t> valid;  ///< 0 = no data; empty where every pixel is valid
-  GeoTransform geo;
-  std::string reference_system;  ///< a text as in map/reference_system.hpp
-
-  ImageU8 grey_view() const { return packed_view(grey.data(), width, height); }
-  ImageU8 valid_view() const { return valid.empty() ? ImageU8{} : packed_view(valid.data(), width, height); }
-};
-
-/// Reads an orthoimage whole, as raster_source.hpp says. `cairn map build` never does: it goes tile by tile.
-Raster read_orthoimage(const std::filesystem::path& path, int band = 0);
-
 /// The ground that an image covers: the box of its corners.
 MapExtent extent_of(const GeoTransform& geo, int width, int height);
-MapExtent extent_of(const Raster& raster);
 
 }  // namespace cairn::ground

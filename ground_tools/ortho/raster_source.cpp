@@ -263,68 +263,10 @@ class GdalSource final : public RasterSource {
   std::vector<int> bands_;
 };
 
-class MemoryReader final : public RasterReader {
- public:
-  explicit MemoryReader(const Raster& raster) : raster_(raster) {}
-
-  bool read(const PixelBox& box, const GreyRange&, std::uint8_t* grey, std::uint8_t* missing,
-            int stride) override {
-    const auto width = static_cast<std::size_t>(box.width());
-    bool any = false;
-    for (int y = box.y0; y < box.y1; ++y) {
-      const std::size_t from = static_cast<std::size_t>(y) * static_cast<std::size_t>(raster_.width) +
-                               static_cast<std::size_t>(box.x0);
-      const std::size_t to = static_cast<std::size_t>(y - box.y0) * static_cast<std::size_t>(stride);
-      std::memcpy(grey + to, &raster_.grey[from], width);
-      for (std::size_t x = 0; !raster_.valid.empty() && x < width; ++x) {
-        const bool gone = raster_.valid[from + x] == 0;
-        missing[to + x] = gone ? 1 : 0;
-        if (gone) grey[to + x] = 0;
-        any = any || gone;
-      }
-    }
-    return any;
-  }
-
-  bool read_values(const PixelBox& box, float* values, std::uint8_t* missing) override {
-    grey_.resize(box.pixels());
-    const bool any = read(box, {}, grey_.data(), missing, box.width());
-    std::copy(grey_.begin(), grey_.end(), values);
-    return any;
-  }
-
- private:
-  const Raster& raster_;
-  std::vector<std::uint8_t> grey_;
-};
-
-class MemorySource final : public RasterSource {
- public:
-  explicit MemorySource(const Raster& raster) : raster_(raster) {
-    facts_.name = "raster in memory";
-    facts_.width = raster.width;
-    facts_.height = raster.height;
-    facts_.geo = raster.geo;
-    facts_.reference_system = raster.reference_system;
-    facts_.all_valid = raster.valid.empty();
-    facts_.block_width = raster.width;
-    facts_.block_height = 1;
-  }
-
-  const RasterFacts& facts() const override { return facts_; }
-  std::unique_ptr<RasterReader> reader() const override { return std::make_unique<MemoryReader>(raster_); }
-
- private:
-  const Raster& raster_;
-  RasterFacts facts_;
-};
-
 }  // namespace
 
 std::unique_ptr<RasterSource> open_orthoimage(const std::filesystem::path& path, int band) {
   return std::make_unique<GdalSource>(path, band);
 }
-
-std::unique_ptr<RasterSource> view_of(const Raster& raster) { return std::make_unique<MemorySource>(raster); }
 
 }  // namespace cairn::ground

@@ -39,7 +39,7 @@ struct RasterFacts {
   int width = 0;
   int height = 0;
   GeoTransform geo;
-  std::string reference_system;  ///< as in Raster
+  std::string reference_system;  ///< a text as in ortho/reference_system.hpp
   PixelDepth depth = PixelDepth::kEight;
   bool all_valid = true;  ///< no mask, no-data value or NaN can occur
   int block_width = 0;    ///< pixels that the file keeps together
@@ -86,8 +86,5 @@ class RasterSource {
 /// Throws ToolError: cannot be opened, no geo-reference, degrees or a unit other than the metre, band out of
 /// range, complex numbers.
 std::unique_ptr<RasterSource> open_orthoimage(const std::filesystem::path& path, int band = 0);
-
-/// A raster in memory, which must outlive it.
-std::unique_ptr<RasterSource> view_of(const Raster& raster);
 
 }  // namespace cairn::ground

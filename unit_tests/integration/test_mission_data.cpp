@@ -2,12 +2,14 @@
 // made for (make MISSION=kitti build/host-kitti/tests/integration/test_mission_data).
 #include <cstring>
 
-#include "detect/map_build.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 #include "integration/replay.hpp"
 #include "support/data.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::Raster;
+using test::read_orthoimage;
 using namespace cairn::test;
 
 namespace {

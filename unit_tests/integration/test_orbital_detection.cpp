@@ -1,12 +1,14 @@
 // The paper's orbital detector on rendered orthoimages, against the true rocks: the figures that the project
 // promises, all at the default parameters.
-#include "detect/map_build.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 #include "map/score.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::Raster;
+using test::read_orthoimage;
 
 namespace {
 

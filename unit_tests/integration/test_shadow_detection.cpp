@@ -8,6 +8,7 @@
 
 #include "detect/detector.hpp"
 #include "detect/shadow_detector.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 #include "ground_tools/scratch.hpp"
 #include "map/score.hpp"
 #include "support/cmocka.hpp"
@@ -15,6 +16,8 @@
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::Raster;
+using test::read_orthoimage;
 
 namespace {
 

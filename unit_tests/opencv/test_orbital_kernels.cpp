@@ -6,13 +6,17 @@
 #include "core/random.hpp"
 #include "detect/kernels.hpp"
 #include "detect/tile_grid.hpp"
-#include "detect/whole_image.hpp"
-#include "ortho/raster.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::connected_components;
+using test::difference_from_surroundings;
+using test::median_of_mask;
+using test::Raster;
+using test::read_orthoimage;
 
 namespace {
 

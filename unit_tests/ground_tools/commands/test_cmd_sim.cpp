@@ -5,10 +5,12 @@
 
 #include "dataset/dataset.hpp"
 #include "ground_tools/program.hpp"
-#include "ortho/raster.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::Raster;
+using test::read_orthoimage;
 
 namespace {
 

@@ -37,7 +37,6 @@ void test_plain_layout(void**) {
   assert_int_equal(data.frames().size(), 3);
   assert_int_equal(data.frames()[2].number, 7);
   assert_near(data.frames()[2].stamp_s, 7.0, 0.0);
-  assert_false(data.has_times());
   assert_int_equal(data.rig().width_px, 64);
   assert_int_equal(data.rig().height_px, 48);
   assert_near(data.rig().fx_px, 400.0, 0.0);
@@ -70,7 +69,6 @@ void test_kitti_layout(void**) {
   assert_near(data.rig().fx_px, 500.0, 0.0);
   assert_near(data.rig().cy_px, 20.0, 0.0);
   assert_near(data.rig().baseline_m, 0.5, 1e-15);
-  assert_true(data.has_times());
   assert_near(data.frames()[1].stamp_s, 0.1044989, 0.0);
   const Pose3 pose = *data.truth_cam(1);
   assert_near((pose.t - Vec3(2.0, -1.0, -0.5)).norm(), 0.0, 1e-12);

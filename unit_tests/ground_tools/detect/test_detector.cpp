@@ -4,10 +4,12 @@
 #include <algorithm>
 
 #include "core/random.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 #include "ground_tools/scratch.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::Raster;
 
 namespace {
 

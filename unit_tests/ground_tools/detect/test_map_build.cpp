@@ -11,11 +11,14 @@
 #include <optional>
 
 #include "core/random.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 #include "ground_tools/scratch.hpp"
 #include "ground_tools/test_images.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::Raster;
+using test::read_orthoimage;
 
 namespace {
 

@@ -8,10 +8,12 @@
 #include "base/tool_error.hpp"
 #include "core/random.hpp"
 #include "core/trig.hpp"
+#include "ground_tools/raster_in_memory.hpp"
 #include "support/cmocka.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
+using test::Raster;
 
 namespace {
 

@@ -46,12 +46,9 @@ void test_counts_against_every_outcome(void**) {
     expected.assign(n + 2, 0.0);
     for_each_outcome(
         p, [](std::uint32_t, double probability, std::size_t events) { expected[events] += probability; });
-    const std::vector<double> counted = count_distribution(p);
-    assert_int_equal(counted.size(), n + 1);
     double tail = 0.0;
     for (std::size_t k = n + 2; k-- > 0;) {
       tail += expected[k];
-      if (k <= n) assert_near(counted[k], expected[k], 1e-14);
       assert_near(at_least(p, k), tail, 1e-14);
     }
   }

@@ -8,12 +8,15 @@
 #include <limits>
 #include <memory>
 
+#include "ground_tools/raster_in_memory.hpp"
 #include "ground_tools/scratch.hpp"
 #include "ground_tools/test_images.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
 using cairn::test::Scratch;
+using test::Raster;
+using test::read_orthoimage;
 
 namespace {
 
