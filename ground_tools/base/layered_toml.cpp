@@ -51,7 +51,7 @@ TomlLayer toml_setting(const std::string& set) {
   const std::string name = "--set " + one_line(set);
   const std::size_t equals = set.find('=');
   if (equals == std::string::npos || equals == 0 || one_line(set) != set) {
-    throw ToolError("{}: wants section.key=value, as in traverse.length_m=20", name);
+    throw ToolError("{}: expected section.key=value, as in traverse.length_m=20", name);
   }
   try {
     return {toml::parse(set, name), name, false};
@@ -76,7 +76,7 @@ void TomlKeys::refuse_others(const TomlLayer& layer) const {
                       one_line(name.str()), fmt::join(keys_.at(""), ", "), sections());
     }
     if (!node.is_table()) {
-      throw ToolError("{}: {} is {}; it is a section: [{}], and its keys below", at(layer, node),
+      throw ToolError("{}: {} is {}; it must be a section: [{}] with its keys below", at(layer, node),
                       section->first, type_of(node), section->first);
     }
     for (const auto& [key, value] : *node.as_table()) {
@@ -173,7 +173,7 @@ void LayeredToml::fail(const char* key, const std::string& why, const char* or_k
 }
 
 void LayeredToml::refuse_type(const Found& found, const char* key, const char* wanted) const {
-  fail(key, fmt::format("is {}; it wants {}", type_of(*found.node), wanted));
+  fail(key, fmt::format("is {}; it must be {}", type_of(*found.node), wanted));
 }
 
 }  // namespace cairn::ground

@@ -30,7 +30,7 @@ constexpr Figure kFigures[] = {
     {"end_xy_m", "corrected, end in x, y (m)", &RunFigures::end_xy_m, &RunFindings::end_xy_m, 3},
     {"largest_xy_m", "  largest on the way (m)", &RunFigures::largest_xy_m, &RunFindings::largest_xy_m, 3},
     {"end_yaw_deg", "  yaw (degrees)", &RunFigures::end_yaw_deg, &RunFindings::end_yaw_deg, 2},
-    {"excess_over_vo_m", "  most worse than VO (m)", &RunFigures::excess_over_vo_m,
+    {"excess_over_vo_m", "  largest excess over VO (m)", &RunFigures::excess_over_vo_m,
      &RunFindings::excess_over_vo_m, 3},
     {"median_fix_error_m", "  error after a fix (m)", &RunFigures::median_fix_error_m,
      &RunFindings::median_fix_error_m, 3},

@@ -177,7 +177,7 @@ std::string plot_findings(const std::vector<Trial>& trials) {
   draw_curves(svg, as_it_is, trials, &Trial::as_it_is);
   draw_curves(svg, worse, trials, &Trial::worse);
   svg.text(24.0, bars - 38.0, R"(class="name" font-weight="bold")",
-           "What became of the fixes, by map resolution");
+           "Outcome of the fixes, by map resolution");
   draw_verdict_key(svg, 24.0, bars - 18.0);
   draw_bars(svg, bars, maps);
   svg.add("</svg>");

@@ -173,7 +173,7 @@ void print_reliability(const std::vector<TrialForecast>& trials, const ForecastM
     fmt::print("  {:<10} {:>6}  {:>8.3f}  {:>8.3f}\n", "all", r.fixes, r.forecast, r.observed.value());
     fmt::print("  Brier score {:.4f}, that of the base rate {:.4f}, ", r.brier, r.base_brier);
     if (std::isnan(r.skill)) {
-      fmt::print("no skill to be told: the event came always, or never\n\n");
+      fmt::print("skill is undefined: the event happened always, or never\n\n");
     } else {
       fmt::print("skill {:+.3f} [{:+.3f}, {:+.3f}]\n\n", r.skill, r.skill_interval.low,
                  r.skill_interval.high);
@@ -192,7 +192,7 @@ void print_reliability(const std::vector<TrialForecast>& trials, const ForecastM
         m.sigma_pair_m, m.sigma_common_m);
   };
   told("forecast by", model);
-  told("these ask for", fitted(model, trials));
+  told("fitted to these", fitted(model, trials));
 }
 
 ordered_json reliability_json(const std::vector<TrialForecast>& trials, const ForecastModel& model) {

@@ -69,9 +69,8 @@ std::string plot_reliability(const std::vector<TrialForecast>& trials) {
   svg.open(kLeft + 2.0 * kSide + kBetween + 30.0, kTop + kSide + 70.0 + kCounts + 54.0);
   svg.text(24.0, 34.0, R"(font-size="20" font-weight="bold")",
            fmt::format("Forecast against outcome: {} fixes with {} maps", fixes.size(), trials.size()));
-  svg.text(
-      24.0, 56.0, R"(class="tick")",
-      "On the dashes a forecast keeps its word; dots: how often it happened in all; bars: 95 % intervals");
+  svg.text(24.0, 56.0, R"(class="tick")",
+           "On the dashed line forecasts are calibrated; dots: overall frequency; bars: 95 % intervals");
   const char* const titles[] = {"The fix is applied", "and right: within 0.15 m of truth"};
   double left = kLeft;
   for (std::size_t i = 0; i < kFixEvents.size(); ++i) {

@@ -112,7 +112,7 @@ std::string to_csv(const std::vector<Trial>& trials) {
 std::vector<Trial> read_trials(const fs::path& path, std::uint64_t first_seed, Abundance abundance) {
   const std::vector<std::uint8_t> bytes = read_file(path);
   const std::string text(bytes.begin(), bytes.end());
-  const std::string mend = "give another folder, or remove this file to begin anew";
+  const std::string mend = "give another folder, or remove this file to start again";
   std::vector<Trial> trials;
   int line = 0;
   for (std::size_t at = 0; at < text.size() || line == 0; ++line) {
@@ -121,7 +121,7 @@ std::vector<Trial> read_trials(const fs::path& path, std::uint64_t first_seed, A
     at = end == std::string::npos ? text.size() : end + 1;
     if (line == 0) {
       if (words != names())
-        throw ToolError("{}: is no table of trials of this version; {}", path.string(), mend);
+        throw ToolError("{}: is not a table of trials of this version; {}", path.string(), mend);
       continue;
     }
     Trial trial;

@@ -63,7 +63,8 @@ std::vector<Quantised> quantise(const std::vector<TableBoulder>& boulders, const
     const double height_mm = b.height_m > 0.0 ? b.height_m * kMillimetresPerMetre : 0.0;
     if (!extent.contains(b.p_map_m) || !(diameter_mm <= kLargest_mm) || !(height_mm <= kLargest_mm)) {
       throw ToolError(
-          "boulder at ({:.3f}, {:.3f}) of {:.3f} m: outside the map or larger than 65.5 m; mend the table",
+          "boulder at ({:.3f}, {:.3f}) of {:.3f} m: outside the map or larger than 65.5 m; correct the "
+          "table",
           b.p_map_m.x(), b.p_map_m.y(), std::max(b.diameter_m, b.height_m));
     }
     const auto cell = [&](double from_m, std::uint32_t cells) {
@@ -356,15 +357,15 @@ std::string explain(MapStatus status) {
     case MapStatus::kTruncated: return "is truncated; copy or build it again";
     case MapStatus::kBadMagic: return "is not a .cmap map; give the output of cairn map build";
     case MapStatus::kUnknownVersion: return "has a version that this program does not know; build it again";
-    case MapStatus::kHeaderCrc: return "has a damaged head (CRC); copy or build it again";
-    case MapStatus::kBadHeader: return "has a head that contradicts itself; build it again";
-    case MapStatus::kPayloadCrc: return "has no tile that is whole (CRC); copy or build it again";
+    case MapStatus::kHeaderCrc: return "has a damaged header (CRC); copy or build it again";
+    case MapStatus::kBadHeader: return "has an inconsistent header; build it again";
+    case MapStatus::kPayloadCrc: return "has no intact tile (CRC); copy or build it again";
     case MapStatus::kDirectoryCrc: return "has a damaged tile directory (CRC); copy or build it again";
     case MapStatus::kBadDirectory:
-      return "has a tile directory that contradicts itself or the tiles; build it again";
+      return "has a tile directory that is inconsistent or does not match the tiles; build it again";
     case MapStatus::kDamaged: return "has damaged tiles (CRC), the rest is usable; copy or build it again";
     case MapStatus::kNoBoulders:
-      return "holds no boulder; build it with a lower threshold or from a larger image";
+      return "contains no boulders; build it with a lower threshold or from a larger image";
   }
   return "has an unknown status";
 }

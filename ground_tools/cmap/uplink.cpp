@@ -35,7 +35,7 @@ Span tiles_over(double low_m, double high_m, double origin_m, double tile_m) {
   const double first = std::floor((low_m - origin_m) / tile_m);
   const double last = std::floor((high_m - origin_m) / tile_m);
   if (last - first >= cmap::kMaxTiles)
-    throw ToolError("--tile: {} m are too small for this corridor; give more", tile_m);
+    throw ToolError("--tile: {} m is too small for this corridor; give a larger side", tile_m);
   return {first, static_cast<std::uint32_t>(last - first) + 1U};
 }
 
@@ -45,8 +45,8 @@ CmapLayout grid_over(const CmapLayout& lattice, std::uint32_t side, const MapExt
   const Span columns = tiles_over(box.min_x_m, box.max_x_m, lattice.origin_x_m, tile_m);
   const Span rows = tiles_over(box.min_y_m, box.max_y_m, lattice.origin_y_m, tile_m);
   if (std::uint64_t{columns.tiles} * rows.tiles > cmap::kMaxTiles)
-    throw ToolError("--tile: {} m make {} x {} tiles, more than a map may have ({}); give more", tile_m,
-                    columns.tiles, rows.tiles, cmap::kMaxTiles);
+    throw ToolError("--tile: {} m gives {} x {} tiles, more than a map can have ({}); give a larger side",
+                    tile_m, columns.tiles, rows.tiles, cmap::kMaxTiles);
   CmapLayout layout = lattice;
   layout.origin_x_m += columns.first * tile_m;
   layout.origin_y_m += rows.first * tile_m;
@@ -150,7 +150,7 @@ void fit_budget(const Job& job, Cut& cut) {
     (bytes <= job.params.budget_bytes ? fits : too_many) = count;
   }
   if (fits == 0) {
-    throw ToolError("--budget: {} bytes have no room for one tile; {} is the least for this corridor",
+    throw ToolError("--budget: {} bytes are not enough for one tile; this corridor needs at least {}",
                     job.params.budget_bytes, least_bytes);
   }
   make_cut(job, fits, cut);
@@ -171,13 +171,14 @@ void check(const UplinkParams& params) {
 void check_base(const CmapContent& map, const std::string& name, const BaseMap& base) {
   const CmapContent old = decode_cmap(base.bytes, base.name);
   const auto refuse = [&](const std::string& why) {
-    throw ToolError("{}: {} than {}; leave out --base, or build both alike", base.name, why, name);
+    throw ToolError("{}: {} than {}; omit --base, or build both maps with the same options", base.name, why,
+                    name);
   };
   if (old.reference_system != map.reference_system) {
-    refuse(fmt::format("has another reference system ({})", old.reference_system));
+    refuse(fmt::format("has a different reference system ({})", old.reference_system));
   }
   if (old.layout.quantum_um != map.layout.quantum_um)
-    refuse(fmt::format("has another position step ({} m)", old.quantum_m));
+    refuse(fmt::format("has a different position step ({} m)", old.quantum_m));
   CmapLayout cell = map.layout;
   CmapLayout base_cell = old.layout;
   cell.tile_side = base_cell.tile_side = 1;
@@ -185,7 +186,7 @@ void check_base(const CmapContent& map, const std::string& name, const BaseMap& 
   for (const double off : {(cell.origin_x_m - base_cell.origin_x_m) / quantum_m,
                            (cell.origin_y_m - base_cell.origin_y_m) / quantum_m}) {
     if (std::fabs(off - std::round(off)) > 1e-3)
-      refuse("has another grid (origins are not whole steps apart)");
+      refuse("has a different grid (the origins are not a whole number of steps apart)");
   }
 }
 
@@ -217,7 +218,7 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
   }
   job.layout = grid_over(lattice, side, cut.box);
   if (base && !find_shift(lattice, job.layout, job.shift)) {
-    throw ToolError("{}: lies too far from the path; leave out --base", base->name);
+    throw ToolError("{}: is too far from the path; omit --base", base->name);
   }
   job.source = {
       map.method,

@@ -83,14 +83,14 @@ void bench(const BenchOptions& options) {
   print_series("visual odometry", vo);
   print_series("segmentation and boulders", boulders);
   print_series("whole frame", whole);
-  fmt::print("Times are this machine's, now; operations are the same everywhere.\n");
+  fmt::print("Times hold for this machine only; operations are the same everywhere.\n");
 }
 
 }  // namespace
 
 void add_bench_command(CLI::App& app) {
   const auto options = std::make_shared<BenchOptions>();
-  CLI::App* command = app.add_subcommand("bench", "Time and operations of the flight module, a frame");
+  CLI::App* command = app.add_subcommand("bench", "Time and operations of the flight module per frame");
   command->add_option("--dataset", options->dataset, "folder of stereo pairs")->required();
   command->add_option("--frames", options->frames, "frames to use, at most")->check(CLI::Range(2, 100000));
   command->add_option("--rounds", options->rounds, "times to go over them")->check(CLI::Range(1, 1000));

@@ -77,7 +77,7 @@ void campaign(const CampaignOptions& options) {
           const std::uint64_t number = trial.setup.seed - options.first_seed;
           const double to_do = static_cast<double>(options.trials - number) + done;  // of this start
           if (done == 0.0) {
-            if (number > 0) fmt::print("going on after {} drives that are there\n", number);
+            if (number > 0) fmt::print("resuming after {} finished drives\n", number);
             fmt::print("errors at the end in x, y; fixes right/weak/declined/false\n");
             std::fflush(stdout);
           }
@@ -111,17 +111,17 @@ void add_campaign_command(CLI::App& app) {
   const auto options = std::make_shared<CampaignOptions>();
   CLI::App* command = app.add_subcommand(
       "campaign", "Drives over many random terrains: errors and fixes with confidence intervals");
-  command->add_option("-n,--trials", options->trials, "drives in all (default 30)")
+  command->add_option("-n,--trials", options->trials, "total number of drives (default 30)")
       ->check(CLI::Range(1, 100000));
-  command->add_option("-o,--output", options->output, "folder; a campaign that is there is gone on with")
+  command->add_option("-o,--output", options->output, "output folder; a campaign found there is resumed")
       ->required();
   command
       ->add_option("--first-seed", options->first_seed,
-                   fmt::format("seed of the first drive, the others follow (default {})", kFirstSeed))
+                   fmt::format("seed of the first drive; the others follow on (default {})", kFirstSeed))
       ->check(CLI::Range(0, 1000000000));
-  command->add_flag("--keep", options->keep, "keeps the orthoimages, up to 25 MB a drive");
+  command->add_flag("--keep", options->keep, "keep the orthoimages, up to 25 MB per drive");
   command->add_flag("--sparse", options->sparse,
-                    "sparse fields, where fixes begin to fail: rocks' k from 0.02 to 0.032");
+                    "sparse rock fields, where fixes begin to fail: k from 0.02 to 0.032");
   command->add_option("--model", options->model,
                       "parameters of the forecast (forecast_model.json of another campaign)");
   command->callback([options] { campaign(*options); });

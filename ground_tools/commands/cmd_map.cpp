@@ -31,7 +31,7 @@ void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
                       const std::filesystem::path& b_path, const CmapContent& b) {
   if (same_reference(a.reference_system, b.reference_system)) return;
   throw ToolError(
-      "{}: is in {}, and {} in {}; build both from orthoimages of one reference system (gdalwarp -t_srs)",
+      "{}: uses {}, but {} uses {}; build both from orthoimages of one reference system (gdalwarp -t_srs)",
       b_path.string(), b.reference_system, a_path.string(), a.reference_system);
 }
 

@@ -91,8 +91,9 @@ void write_products(const BuildOptions& options, Prepared& made, OutputFile& map
              made.extent.max_x_m - made.extent.min_x_m, made.extent.max_y_m - made.extent.min_y_m,
              bytes.size());
   if (report.merged > 0)
-    fmt::print("{} boulders left out, each within {} m of a larger one\n", report.merged, quantum_m);
-  if (!options.dem.empty()) fmt::print("{}: ground known under {} of them\n", options.dem.string(), heights);
+    fmt::print("{} boulders omitted, each within {} m of a larger one\n", report.merged, quantum_m);
+  if (!options.dem.empty())
+    fmt::print("{}: ground height known for {} of them\n", options.dem.string(), heights);
 }
 
 BuildSettings settings_of(const BuildOptions& options) {
@@ -117,7 +118,7 @@ TileInput open_input(const BuildOptions& options) {
   std::optional<Sun> sun = input.source->facts().sun;
   if (!options.sun.empty()) sun = parse_sun(options.sun);
   if (options.method == "shadow" && !sun) {
-    throw ToolError("{}: its label does not tell where the sun stood; give --sun ELEVATION,AZIMUTH",
+    throw ToolError("{}: its label does not give the position of the sun; give --sun ELEVATION,AZIMUTH",
                     options.ortho.string());
   }
   const bool shadow = options.method.empty() ? sun.has_value() : options.method == "shadow";
@@ -133,7 +134,7 @@ void tell_method(const BuildOptions& options, const TileInput& input) {
                to_text(input.detection.sun), options.sun.empty() ? "the image's label" : "--sun");
   } else {
     fmt::print("method otsu{}\n",
-               options.method.empty() ? ": where the sun stood is not known (see --sun)" : "");
+               options.method.empty() ? ": the position of the sun is not known (see --sun)" : "");
   }
 }
 
@@ -183,7 +184,7 @@ void build_from_table(const BuildOptions& options) {
   Prepared made;
   made.boulders = read_csv(options.from_csv, options.min_diameter_m);
   if (made.boulders.empty()) {
-    throw ToolError("{}: holds no boulder of {} m or more; lower --min-diameter or give another table",
+    throw ToolError("{}: contains no boulder of {} m or more; lower --min-diameter or give another table",
                     options.from_csv.string(), options.min_diameter_m);
   }
   made.extent = extent_of(made.boulders);
@@ -223,45 +224,46 @@ void add_map_build(CLI::App& map) {
       "orthoimage that GDAL opens, geo-referenced in metres (GeoTIFF, or world file beside it)");
   build_app->add_option("-o,--output", o.output, "the map to write (.cmap)")->required();
   build_app->add_option("--csv", o.csv,
-                        "write the boulders as a table, too (.csv, with .csvt and .prj beside it)");
+                        "also write the boulders as a table (.csv, with .csvt and .prj beside it)");
   build_app->add_option("--gpkg", o.gpkg, "and as a GeoPackage");
-  build_app->add_option("--quicklook", o.quicklook, "and a picture of them over the orthoimage (.png)");
+  build_app->add_option("--quicklook", o.quicklook,
+                        "also write a picture of them over the orthoimage "
+                        "(.png)");
   build_app->add_option(
       "--dem", o.dem,
       "elevation model that GDAL opens: height of the ground under each boulder, for the tables");
   build_app->add_option(
       "--from-csv", o.from_csv,
       "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");
-  build_app->add_option("--min-diameter", o.min_diameter_m, "leave out smaller boulders, m")
+  build_app->add_option("--min-diameter", o.min_diameter_m, "omit boulders smaller than this, m")
       ->check(CLI::NonNegativeNumber);
   build_app
       ->add_option("--quantum", o.quantum_m,
                    "step of the positions, m (default: a quarter of a pixel or finer, at least 2 mm)")
       ->check(CLI::PositiveNumber);
-  build_app->add_flag("--positions-only", o.coding.positions_only,
-                      "leave out sizes, heights and confidences");
-  build_app->add_option("--tile-boulders", o.coding.boulders_per_tile, "boulders in a tile, on average")
+  build_app->add_flag("--positions-only", o.coding.positions_only, "omit sizes, heights and confidences");
+  build_app->add_option("--tile-boulders", o.coding.boulders_per_tile, "average number of boulders per tile")
       ->check(CLI::Range(1.0, 4000.0))
       ->capture_default_str();
   build_app->add_option("--site", o.labels.site, "number of the landing site");
   build_app->add_option("--epoch", o.labels.epoch_s,
-                        "when the image was taken, s since 2000-01-01T12:00:00 TT (0: unknown)");
-  build_app->add_option("--revision", o.labels.revision, "number of the map among those of the site");
+                        "time of the image, s since 2000-01-01T12:00:00 TT (0: unknown)");
+  build_app->add_option("--revision", o.labels.revision, "revision number of the map of this site");
   build_app
       ->add_option("--band", o.band,
                    "band to use (default: mean of the first three of three or more, else 1)")
       ->check(CLI::PositiveNumber);
   build_app
       ->add_option("--tile", o.tile_px,
-                   "side of the tiles that the image is cut into, px (default: what suits the file); the map "
-                   "does not depend on it")
+                   "side of the tiles that the image is cut into, px (default: chosen for the file); the "
+                   "map does not depend on it")
       ->check(CLI::Range(kLeastTilePx, kMostTilePx));
   build_app->add_option("--threads", o.threads, "threads (default: all cores); the map does not depend on it")
       ->check(CLI::Range(1, kMostThreads));
   build_app->add_option(
       "--state", o.state,
-      "keep what is finished in this file, so that a run that was stopped goes on (default: "
-      "OUTPUT.part for images of 64 Mpixel and more)");
+      "keep finished tiles in this file, so that an interrupted run can be resumed (default: OUTPUT.part "
+      "for images of 64 Mpixel and more)");
   const char* detector = "Detector";
   build_app
       ->add_option(
@@ -273,17 +275,15 @@ void add_map_build(CLI::App& map) {
   build_app
       ->add_option(
           "--sun", o.sun,
-          "ELEVATION,AZIMUTH in degrees, azimuth towards the sun, clockwise from north (default: as the "
-          "image's label has it)")
+          "ELEVATION,AZIMUTH in degrees, azimuth towards the sun, clockwise from north (default: from the "
+          "image's label)")
       ->group(detector);
   build_app
       ->add_option("--min-confidence", o.shadow.min_confidence,
-                   "shadow: what is less likely a boulder is left out")
+                   "shadow: omit candidates with a smaller probability of being a boulder")
       ->capture_default_str()
       ->group(detector);
-  build_app
-      ->add_option("--background", d.background_m,
-                   "side of the surroundings that a pixel is compared with, m")
+  build_app->add_option("--background", d.background_m, "side of the window that a pixel is compared with, m")
       ->capture_default_str()
       ->group(detector);
   build_app->add_option("--block", d.block_m, "side of the blocks of the adaptive threshold, m")
@@ -291,12 +291,12 @@ void add_map_build(CLI::App& map) {
       ->group(detector);
   build_app
       ->add_option("--threshold-scale", d.threshold_scale,
-                   "share of Otsu's threshold; less finds fainter boulders")
+                   "factor on Otsu's threshold; smaller values find fainter boulders")
       ->capture_default_str()
       ->group(detector);
   build_app
       ->add_option("--noise-sigmas", d.noise_sigmas,
-                   "least threshold, in standard deviations of the ground's texture")
+                   "lowest threshold, in standard deviations of the ground's texture")
       ->capture_default_str()
       ->group(detector);
   build_app->add_option("--median", d.median_m, "side of the median filter, m (3 to 15 px)")

@@ -109,7 +109,7 @@ void print_diff(const DiffParams& params, const MapDiff& d, const Rest& rest, lo
   const auto share = [](std::size_t part, std::size_t of) {
     return of == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(of);
   };
-  fmt::print("boulders          {} and {} where both maps look ({:.1f} x {:.1f} m); {} and {} outside\n",
+  fmt::print("boulders          {} and {} in the common area ({:.1f} x {:.1f} m); {} and {} outside\n",
              d.a_inside, d.b_inside, std::max(0.0, d.common.max_x_m - d.common.min_x_m),
              std::max(0.0, d.common.max_y_m - d.common.min_y_m), rest.a_outside, rest.b_outside);
   fmt::print("matched           {} within {:.3f} m ({:.1f} % of the first, {:.1f} % of the second)\n",
@@ -120,14 +120,14 @@ void print_diff(const DiffParams& params, const MapDiff& d, const Rest& rest, lo
   fmt::print("moved             {} by more than {:.3f} m; attributes changed of {}\n", d.moved,
              params.moved_m, rest.changed);
   if (params.align)
-    fmt::print("shift taken off   {:+.3f} m east, {:+.3f} m north\n", d.shift_map_m.x(), d.shift_map_m.y());
+    fmt::print("common shift      {:+.3f} m east, {:+.3f} m north\n", d.shift_map_m.x(), d.shift_map_m.y());
   fmt::print("mean shift        {:+.3f} m east, {:+.3f} m north; {:.3f} m rms{}\n", d.mean_shift_map_m.x(),
-             d.mean_shift_map_m.y(), d.rms_m, params.align ? " about the shift taken off" : "");
+             d.mean_shift_map_m.y(), d.rms_m, params.align ? " after removing the common shift" : "");
   fmt::print("size              second over first {:.3f} (median)\n", d.median_size_ratio);
   if (tiles >= 0)
     fmt::print("tiles             {} of {} changed\n", tiles, of_tiles);
   else
-    fmt::print("tiles             not comparable: the maps have different ones\n");
+    fmt::print("tiles             not comparable: the maps have different tile grids\n");
 }
 
 void diff(const DiffOptions& options) {
@@ -158,21 +158,24 @@ void add_map_diff(CLI::App& map) {
   const auto compared = std::make_shared<DiffOptions>();
   DiffOptions& d = *compared;
   CLI::App* diff_app = map.add_subcommand(
-      "diff", "compare two maps of one site, boulder by boulder; exit status 0: the same, 2: not");
+      "diff", "compare two maps of one site, boulder by boulder; exit status 0: same, 2: different");
   diff_app->add_option("A", d.a, "map (.cmap)")->required();
   diff_app->add_option("B", d.b, "map (.cmap)")->required();
   diff_app
       ->add_option("--within", d.within_m,
-                   "a boulder is the same within this, m (default: two pixels, at least 0.1)")
+                   "two entries are one boulder within this distance, m (default: two pixels, at least 0.1)")
       ->check(CLI::PositiveNumber);
   diff_app
       ->add_option("--moved", d.moved_m,
-                   "and has moved if it is farther than this, m (default: the position step)")
+                   "a boulder has moved if it is farther away than this, m (default: the position step)")
       ->check(CLI::NonNegativeNumber);
-  diff_app->add_flag("--align", d.align, "take the shift that both have in common off first");
-  diff_app->add_option("--reach", d.reach_m, "longest such shift, m (default: ten times --within)")
+  diff_app->add_flag("--align", d.align, "first remove the common shift of the two maps");
+  diff_app
+      ->add_option("--reach", d.reach_m,
+                   "largest common shift to look for, m (default: ten times "
+                   "--within)")
       ->check(CLI::PositiveNumber);
-  diff_app->add_option("--csv", d.csv, "write what was removed, added and moved as a table");
+  diff_app->add_option("--csv", d.csv, "write removed, added and moved boulders as a table");
   diff_app->add_flag("--json", d.json, "one JSON object on stdout");
   diff_app->callback([compared] { diff(*compared); });
 }

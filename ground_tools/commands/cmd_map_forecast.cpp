@@ -62,7 +62,7 @@ std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent
   double length_m = 0.0;
   for (std::size_t i = 1; i < waypoints.size(); ++i) length_m += (waypoints[i] - waypoints[i - 1]).norm();
   if (length_m / options.step_m > kMostFrames) {
-    throw ToolError("{}: {:.0f} m are more than {:.0f} frames; give a larger --step, or drive it in parts",
+    throw ToolError("{}: {:.0f} m takes more than {:.0f} frames; give a larger --step, or split the drive",
                     options.path.string(), length_m, kMostFrames);
   }
   return drive_over(waypoints, options.step_m, options.turn_step_deg);
@@ -70,8 +70,10 @@ std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent
 
 void run(const ForecastOptions& options) {
   if (options.mission != cfg::kMission.name) {
-    throw ToolError("--mission: '{}' is not what cairn was built for, '{}'; build with MISSION={}",
-                    options.mission, cfg::kMission.name, options.mission);
+    throw ToolError(
+        "--mission: '{}' is not the mission that cairn was built for, '{}'; build with "
+        "MISSION={}",
+        options.mission, cfg::kMission.name, options.mission);
   }
   const CmapContent map = decode_cmap(read_file(options.map), options.map.string());
   const ForecastModel model = model_of(options, map.method);
@@ -93,14 +95,14 @@ void run(const ForecastOptions& options) {
 }
 
 void add_model_options(CLI::App* app, ForecastOptions& o) {
-  const char* group = "Model (defaults by the map's detector, doc/guide/forecast.md)";
+  const char* group = "Model (defaults depend on the map's detector, doc/guide/forecast.md)";
   app->add_option_function<std::string>(
          "--model",
          [&o](const std::string& file) {
            o.changes.emplace_back([file](ForecastModel& m) { read_model(file, m); });
          },
-         "take the parameters below from the forecast_model.json of a campaign; options that follow replace "
-         "single ones")
+         "read the parameters below from the forecast_model.json of a campaign; further options override "
+         "single values")
       ->trigger_on_parse()
       ->group(group);
   const auto number = [&](const char* name, const std::function<double&(ForecastModel&)>& of,
@@ -123,28 +125,27 @@ void add_model_options(CLI::App* app, ForecastOptions& o) {
       "diameter at which it finds half as many, m");
   number(
       "--detect-power", [](Model& m) -> double& { return m.detection.power; },
-      "how steeply that rises with the diameter");
+      "steepness of that rise with the diameter");
   number(
       "--detect-spread", [](Model& m) -> double& { return m.detection.spread; },
-      "how much drives differ in that: standard deviation of the log-odds");
+      "variation of that between drives: standard deviation of the log-odds");
   number(
       "--clutter", [](Model& m) -> double& { return m.clutter_per_m2; },
-      "ground boulders that are none of the map's, per m2 swept; those that it is too coarse for come on "
-      "top");
+      "ground boulders that are not in the map, per m2 swept; those below the map's resolution are added");
   number(
       "--pair-sigma", [](Model& m) -> double& { return m.sigma_pair_m; }, "error of a pair, m per axis");
   number(
       "--common-sigma", [](Model& m) -> double& { return m.sigma_common_m; },
-      "error that all boulders of the map share, m per axis");
+      "error common to all boulders of the map, m per axis");
 }
 
 void add_drive_options(CLI::App* app, ForecastOptions& o) {
   const char* group = "Drive";
-  app->add_option("--step", o.step_m, "way from frame to frame, m")
+  app->add_option("--step", o.step_m, "distance between frames, m")
       ->check(CLI::Range(0.001, 5.0))
       ->capture_default_str()
       ->group(group);
-  app->add_option("--turn-step", o.turn_step_deg, "turn from frame to frame when it turns in place, degrees")
+  app->add_option("--turn-step", o.turn_step_deg, "rotation between frames when turning in place, degrees")
       ->check(CLI::Range(0.05, 90.0))
       ->capture_default_str()
       ->group(group);
@@ -172,7 +173,7 @@ void add_map_forecast(CLI::App& map) {
   const auto options = std::make_shared<ForecastOptions>();
   ForecastOptions& o = *options;
   CLI::App* app = map.add_subcommand(
-      "forecast", "along a planned drive, where fixes will succeed and how good they will be");
+      "forecast", "predict where fixes will succeed along a planned drive, and how accurate they will be");
   app->add_option("MAP", o.map, "map (.cmap)")->required();
   app->add_option("--path", o.path, "way-points of the drive: CSV with columns x, y, metres in the map")
       ->required();
@@ -180,16 +181,16 @@ void add_map_forecast(CLI::App& map) {
   app->add_option("--csv", o.csv, "write the table here");
   app->add_option("--geojson", o.geojson, "write stations, ellipses and blind stretches here");
   app->add_option("--plot", o.plot, "write the picture (SVG) here");
-  app->add_flag("--json", o.json, "print JSON in place of the table");
+  app->add_flag("--json", o.json, "print JSON instead of the table");
   app->add_option("--blind-below", o.model.blind_below,
-                  "a fix with a smaller probability of being applied is none to count on")
+                  "least probability of being applied for a fix to be counted on")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app->add_option("--right-within", o.model.right_within_m,
-                  "a fix is right where the pose is within this of truth after it, m")
+                  "a fix is right if the pose after it is within this distance of truth, m")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app->add_option("--mission", o.mission, "refuse where cairn was built for another mission");
+  app->add_option("--mission", o.mission, "fail if cairn was built for another mission");
   add_drive_options(app, o);
   add_model_options(app, o);
   app->callback([options] { run(*options); });

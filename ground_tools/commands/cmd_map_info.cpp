@@ -227,7 +227,7 @@ void print_text(const fs::path& path, const CmapContent& map, const Facts& f) {
   fmt::print("bytes             head {}, directory {}, positions {}, attributes {}, CRCs of tiles {}\n",
              f.parts.head, f.parts.directory, f.parts.positions, f.parts.attributes, f.parts.crcs);
   fmt::print(
-      "bits a boulder    {:.2f}: positions {:.2f} (limit of uniform ground {:.2f}), attributes {:.2f}\n",
+      "bits per boulder  {:.2f}: positions {:.2f} (limit of uniform ground {:.2f}), attributes {:.2f}\n",
       bits(static_cast<double>(f.bytes)), bits(static_cast<double>(f.parts.positions)),
       bits(position_limit_bits(map) / 8.0), bits(static_cast<double>(f.parts.attributes)));
   if (map.method == cmap::Method::kTable) {
@@ -240,7 +240,7 @@ void print_text(const fs::path& path, const CmapContent& map, const Facts& f) {
   fmt::print("site              {}, revision {}, image of {}\n", map.site, map.revision,
              epoch.empty() ? "unknown date" : epoch);
   if (map.damaged_tiles != 0)
-    fmt::print("damaged           {} tiles, left out above; see cairn map verify\n", map.damaged_tiles);
+    fmt::print("damaged           {} tiles, not included above; see cairn map verify\n", map.damaged_tiles);
 }
 
 void info(const Options& options) {
@@ -257,7 +257,9 @@ void info(const Options& options) {
 
 void add_map_info(CLI::App& map) {
   const auto asked = std::make_shared<Options>();
-  CLI::App* info_app = map.add_subcommand("info", "what a map holds, and how its bytes are spent");
+  CLI::App* info_app = map.add_subcommand("info",
+                                          "show what a map contains, and what its bytes are used "
+                                          "for");
   info_app->add_option("MAP", asked->file, "map (.cmap)")->required();
   info_app->add_flag("--json", asked->json, "one JSON object on stdout");
   info_app->callback([asked] { info(*asked); });

@@ -98,7 +98,7 @@ void merge(const MergeOptions& options) {
                 {"parts", parts}});
     return;
   }
-  fmt::print("{}: {} boulders on {:.1f} x {:.1f} m, {} bytes; {} of {} entries were one with another\n",
+  fmt::print("{}: {} boulders on {:.1f} x {:.1f} m, {} bytes; {} of {} entries were merged with another\n",
              options.output.string(), report.boulders, joined.extent.max_x_m - joined.extent.min_x_m,
              joined.extent.max_y_m - joined.extent.min_y_m, bytes.size(), given - report.boulders, given);
 }
@@ -109,13 +109,13 @@ void add_map_merge(CLI::App& map) {
   const auto merged = std::make_shared<MergeOptions>();
   MergeOptions& m = *merged;
   CLI::App* merge_app =
-      map.add_subcommand("merge", "join maps of one reference system into one, in whatever order");
+      map.add_subcommand("merge", "join maps of one reference system into one; the order does not matter");
   merge_app->add_option("MAPS", m.maps, "maps (.cmap), two or more")->required();
   merge_app->add_option("-o,--output", m.output, "the map to write (.cmap)")->required();
   merge_app
       ->add_option("--within", m.within_m,
-                   "entries of different maps are one boulder within this, m "
-                   "(default: two pixels of the coarsest, at least 0.1)")
+                   "entries of different maps are one boulder within this distance, m (default: two pixels "
+                   "of the coarsest, at least 0.1)")
       ->check(CLI::PositiveNumber);
   merge_app
       ->add_option("--quantum", m.quantum_m, "step of the positions, m (default: the finest of the maps')")

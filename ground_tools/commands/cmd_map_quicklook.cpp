@@ -51,7 +51,7 @@ void add_map_quicklook(CLI::App& map) {
   quicklook_app->add_option("-o,--output", q.output, "picture to write (.png), with .png.aux.xml beside it")
       ->required();
   quicklook_app->add_option("--ortho", q.params.ortho, "orthoimage to draw on (default: plain ground)");
-  quicklook_app->add_option("--band", q.params.band, "band of it (default: as map build)")
+  quicklook_app->add_option("--band", q.params.band, "band of the orthoimage (default: as for map build)")
       ->check(CLI::PositiveNumber);
   quicklook_app->add_option("--max-side", q.params.max_side_px, "longest side of the picture, pixels")
       ->capture_default_str();

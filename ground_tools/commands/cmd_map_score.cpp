@@ -65,20 +65,23 @@ void add_map_score(CLI::App& map) {
   score_app->add_option("MAP", score->map, "map (.cmap) or table (.csv)")->required();
   score_app->add_option("--truth", score->truth, "table of the true rocks (columns x, y, diameter)")
       ->required();
-  score_app->add_option("--margin", score->params.margin_m, "rim of the map that does not count, m")
+  score_app->add_option("--margin", score->params.margin_m, "margin of the map that is not counted, m")
       ->capture_default_str();
   score_app->add_option("--sun", score->sun,
-                        "ELEVATION,AZIMUTH, degrees: tells how far the entries lie towards the sun");
+                        "ELEVATION,AZIMUTH, degrees: also print how far the entries lie towards the sun");
   score_app
       ->add_option("--recall-diameter", score->params.recall_diameter_m,
-                   "true rocks of this size and more are to be found, m")
+                   "smallest true rock that should be found, m")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   score_app
       ->add_option("--precision-diameter", score->params.precision_diameter_m,
-                   "true rocks of this size and more make an entry right, m")
+                   "smallest true rock that makes an entry correct, m")
       ->capture_default_str();
-  score_app->add_option("--distance", score->params.distance_m, "an entry belongs to a rock within this, m")
+  score_app
+      ->add_option("--distance", score->params.distance_m,
+                   "largest distance between an entry and its "
+                   "rock, m")
       ->capture_default_str();
   score_app->callback([score] { print_score(*score); });
 }

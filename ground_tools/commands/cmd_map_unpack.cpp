@@ -44,7 +44,7 @@ void unpack(const UnpackOptions& options) {
   }
   fmt::print("{}: {} boulders", options.map.string(), map.boulders.size());
   if (map.damaged_tiles != 0) fmt::print(", those of {} damaged tiles are lost", map.damaged_tiles);
-  if (!options.dem.empty()) fmt::print(", ground known under {}", heights);
+  if (!options.dem.empty()) fmt::print(", ground height known for {}", heights);
   fmt::print("\n");
 }
 
@@ -58,7 +58,7 @@ void add_map_unpack(CLI::App& map) {
   unpack_app->add_option("--csv", u.csv, "table to write (.csv), with .csvt and .prj beside it");
   unpack_app->add_option("--gpkg", u.gpkg, "GeoPackage to write (.gpkg)");
   unpack_app->add_option("--dem", u.dem, "elevation model: height of the ground under each boulder");
-  unpack_app->add_flag("--salvage", u.salvage, "take the good tiles of a damaged map");
+  unpack_app->add_flag("--salvage", u.salvage, "read the intact tiles of a damaged map");
   unpack_app->add_flag("--json", u.json, "one JSON object on stdout");
   unpack_app->callback([unpacked] { unpack(*unpacked); });
 }

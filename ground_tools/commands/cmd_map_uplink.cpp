@@ -45,8 +45,8 @@ void print(const Cut& cut, const UplinkOptions& options) {
              cut.layout.tile_side * cut.layout.quantum_um / 1e6);
   fmt::print("map               {} bytes, of {} in the map\n", cut.whole_bytes, cut.map_bytes);
   if (cut.delta_bytes > 0) {
-    fmt::print("delta             {} bytes, {} tiles from the base{}\n", cut.delta_bytes, cut.tiles_of_base,
-               cut.is_delta ? "" : "; not smaller, so that the map is sent whole");
+    fmt::print("delta             {} bytes, {} tiles kept from the base{}\n", cut.delta_bytes,
+               cut.tiles_of_base, cut.is_delta ? "" : "; not smaller, so the whole map is sent");
   }
   fmt::print("upload            {:08x}, {}: {} chunks, {} bytes on the link\n", cut.upload.plan.id,
              cut.is_delta ? "delta" : "map", chunks_of(cut.upload.plan), link_bytes(cut.upload.plan));
@@ -84,25 +84,28 @@ void add_map_uplink(CLI::App& map) {
   const auto options = std::make_shared<UplinkOptions>();
   UplinkOptions& o = *options;
   UplinkParams& p = o.params;
-  CLI::App* app =
-      map.add_subcommand("uplink", "cut a corridor around a planned path, and make telecommands of it");
+  CLI::App* app = map.add_subcommand("uplink",
+                                     "cut a corridor around a planned path out of a map, and make "
+                                     "telecommands from it");
   app->add_option("MAP", o.map, "map (.cmap)")->required();
   app->add_option("--path", o.path, "way-points: CSV table with columns x, y in the map's frame, m")
       ->required();
   app->add_option("-o,--output", o.output,
-                  "folder for upload.tc, use.tc, map.cmap and report.json; made where it is missing")
+                  "folder for upload.tc, use.tc, map.cmap and report.json; created if missing")
       ->required();
-  app->add_option("--base", o.base, "map that is in use on board: send what differs, if that is less");
-  app->add_option("--width", p.half_width_m, "half width of the corridor where nothing has drifted yet, m")
+  app->add_option("--base", o.base, "map in use on board: send only the difference where that is smaller");
+  app->add_option("--width", p.half_width_m, "half width of the corridor at the start of the path, m")
       ->capture_default_str();
   app->add_option("--drift", o.drift_percent,
-                  "growth of the half width, per cent of the way since the last fix")
+                  "growth of the half width, in per cent of the distance since the last fix")
       ->capture_default_str();
   app->add_option("--fix-every", p.fix_every_m,
-                  "way between the fixes that are expected, m (default: none is)");
-  app->add_option("--budget", p.budget_bytes, "most bytes on the link, packets and all (default: no limit)")
+                  "distance between expected fixes, m (default: none expected)");
+  app->add_option("--budget", p.budget_bytes,
+                  "limit of bytes on the link, packet overhead included "
+                  "(default: no limit)")
       ->check(CLI::PositiveNumber);
-  app->add_option("--chunk", p.chunk_bytes, "data in a chunk, bytes")->capture_default_str();
+  app->add_option("--chunk", p.chunk_bytes, "data per chunk, bytes")->capture_default_str();
   app->add_option(
       "--tile", p.tile_m,
       fmt::format("side of a tile, m (default: about {:.0f} boulders in each; with --base, that of "
@@ -110,7 +113,8 @@ void add_map_uplink(CLI::App& map) {
                   kBouldersPerCutTile));
   app->add_option("--sequence", o.sequence, "sequence number of the first packet")->capture_default_str();
   app->add_option("--only", o.only,
-                  "write these chunks alone, e.g. 3,7-9: those that were lost (default: all, with begin)");
+                  "write only these chunks, e.g. 3,7-9, which were lost (default: all, with the begin "
+                  "command)");
   app->add_flag("--json", o.json, "print the report as JSON");
   app->callback([options] {
     options->params.drift = options->drift_percent / 100.0;

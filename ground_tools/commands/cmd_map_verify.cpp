@@ -84,7 +84,9 @@ void verify(const Options& options) {
 void add_map_verify(CLI::App& map) {
   const auto checked = std::make_shared<Options>();
   CLI::App* verify_app =
-      map.add_subcommand("verify", "check a map with the flight code; exit status 0: good, 2: not");
+      map.add_subcommand("verify",
+                         "check a map with the flight code; exit status 0: good, 2: damaged or "
+                         "unusable");
   verify_app->add_option("MAP", checked->file, "map (.cmap)")->required();
   verify_app->add_flag("--json", checked->json, "one JSON object on stdout");
   verify_app->callback([checked] { verify(*checked); });

@@ -49,11 +49,11 @@ void add_profile_command(CLI::App& app) {
   const auto options = std::make_shared<ProfileOptions>();
   CLI::App* command = app.add_subcommand(
       "profile",
-      "Cycles of the jobs on an emulated processor against their budget; fails where one is broken");
+      "Cycles of the jobs on an emulated processor against their budgets; fails if one is exceeded");
   command->add_option("profile", options->input, "file that the plugin of `make profile` wrote")->required();
   command->add_option("--budget", options->budget, "budgets of the jobs (TOML)")->required();
-  command->add_option("--target", options->target, "whose budgets: ppc750, leon3 ...")->required();
-  command->add_option("--clock", options->clock_mhz, "MHz; otherwise that of the processor's model")
+  command->add_option("--target", options->target, "target of the budgets: ppc750, leon3 ...")->required();
+  command->add_option("--clock", options->clock_mhz, "clock, MHz (default: that of the processor's model)")
       ->check(CLI::Range(0.001, 1.0e6));
   command->add_option("--top", options->most, "functions to print")->check(CLI::Range(1, 100000));
   command->add_option("-o,--output", options->output, "folder for tables (CSV) and the page (HTML)");

@@ -32,7 +32,7 @@ void report(const ReportOptions& options) {
 
 void add_report_command(CLI::App& app) {
   const auto options = std::make_shared<ReportOptions>();
-  CLI::App* command = app.add_subcommand("report", "Make one page (HTML) that shows what runs gave");
+  CLI::App* command = app.add_subcommand("report", "Make one page (HTML) that shows the results of runs");
   command->add_option("runs", options->folders, "folders that cairn run wrote")->required();
   command->add_option("-o,--output", options->output, "the page (default: report.html in the first folder)");
   command->callback([options] { report(*options); });

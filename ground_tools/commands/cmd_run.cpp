@@ -80,7 +80,7 @@ StepTrim parse_degrade(const std::string& text) {
       if (unit == 0.0) throw ToolError("--degrade: '{}' has no unit; {}", part, mend);
       trim.yaw_rad_per_m = unit * number(value, "--degrade", mend);
     } else {
-      throw ToolError("--degrade: '{}' is not known; {}", part, mend);
+      throw ToolError("--degrade: '{}' is unknown; {}", part, mend);
     }
   }
   return trim;
@@ -108,11 +108,11 @@ void run(RunOptions options) {
   options.simulate = !options.scene.empty() || !options.sets.empty();
   if (options.simulate != options.dataset.empty()) {
     throw ToolError("--dataset: {}", options.simulate
-                                         ? "goes not with --scene and --set; leave one out"
+                                         ? "cannot be combined with --scene and --set; remove one"
                                          : "is missing; give a folder of stereo pairs, or --scene");
   }
   if (options.no_map != options.map.empty()) {
-    throw ToolError("--map: {}", options.no_map ? "goes not with --no-map; leave one out"
+    throw ToolError("--map: {}", options.no_map ? "cannot be combined with --no-map; remove one"
                                                 : "is missing; give a .cmap, or --no-map for VO alone");
   }
   ReplayOptions replay_options;
@@ -168,21 +168,23 @@ void add_run_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("run", "Replay a drive, on disk or simulated, through the flight module");
   command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/guide/drives.md)");
-  command->add_option("--scene", options->scene, "instead: a scene (TOML), rendered as it is driven over");
+  command->add_option("--scene", options->scene,
+                      "instead of a data set: a scene (TOML), rendered during "
+                      "the drive");
   command->add_option("--set", options->sets,
-                      "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
+                      "override a value of the scene, e.g. traverse.length_m=20; repeatable");
   command->add_option("--map", options->map, "orbital boulder map (.cmap)");
   command->add_flag("--no-map", options->no_map, "visual odometry alone");
   command->add_option("-o,--output", options->output, "folder for the results")->required();
   command->add_option("--ortho", options->ortho, "orthoimage to draw the plot on");
-  command->add_option("--frames", options->frames, "part of the data set, FIRST:END, counted from 0");
+  command->add_option("--frames", options->frames, "frames to use, FIRST:END, counted from 0");
   command->add_option("--start", options->start,
                       "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
-  command->add_option("--degrade", options->degrade, "worsen each VO step, e.g. scale=1.02,yaw=0.1deg/m");
-  command->add_flag("--paper", options->paper, "the paper's own choices throughout");
+  command->add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");
+  command->add_flag("--paper", options->paper, "use the paper's own choices throughout");
   command
       ->add_option("--pictures", options->pictures,
-                   "frames to keep pictures of for cairn report, evenly chosen (default 4)")
+                   "number of frames whose pictures are kept for cairn report, evenly spaced (default 4)")
       ->check(CLI::Range(0, 100));
   command->callback([options] { run(*options); });
 }

@@ -37,7 +37,7 @@ void simulate(const SimOptions& options) {
   const std::size_t frames = sim::plan(scene).size();
   const std::size_t end = std::min(range.end, frames);
   if (range.first >= end) {
-    throw ToolError("--frames: the traverse has {} frames; name a part of 0:{}", frames, frames);
+    throw ToolError("--frames: the traverse has {} frames; give a range within 0:{}", frames, frames);
   }
   std::vector<sim::OrthoProduct> products;
   std::error_code ignored;
@@ -72,13 +72,13 @@ void add_sim_command(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "sim", "Render a simulated drive over a boulder field: stereo pairs, orthoimages, truth");
   command->add_option("scene", options->scene,
-                      "the scene, TOML (keys: doc/guide/simulator.md); the paper's where none is given");
+                      "the scene, TOML (keys: doc/guide/simulator.md); default: the paper's");
   command->add_option("--set", options->sets,
-                      "replaces a value of the scene, e.g. traverse.length_m=20; repeatable");
+                      "override a value of the scene, e.g. traverse.length_m=20; repeatable");
   command->add_option("-o,--output", options->output, "folder for the data set")->required();
-  command->add_option("--ortho", options->ortho_m, "orthoimages of these metres a pixel, e.g. 0.005,0.02")
+  command->add_option("--ortho", options->ortho_m, "pixel sizes of the orthoimages, m, e.g. 0.005,0.02")
       ->delimiter(',');
-  command->add_option("--frames", options->frames, "part of the traverse, FIRST:END, counted from 0");
+  command->add_option("--frames", options->frames, "frames to render, FIRST:END, counted from 0");
   command->add_flag("--no-frames", options->no_frames, "no stereo pairs");
   command->callback([options] { simulate(*options); });
 }

@@ -60,7 +60,7 @@ json read_summary(const fs::path& folder) {
   try {
     return json::parse(bytes.begin(), bytes.end());
   } catch (const json::exception&) {
-    throw ToolError("{}: is no summary of a run; give folders that cairn run wrote", path.string());
+    throw ToolError("{}: is not the summary of a run; give folders that cairn run wrote", path.string());
   }
 }
 
@@ -139,7 +139,7 @@ void print(const std::vector<std::pair<Key, Row>>& rows) {
           told(f.at("vo_rotation_deg"), 2));
       fmt::print("  {:<10} {:>9}  {:<22} {:<22} {:<20} {:<22} {:<20} {:<22} {:<10} {}\n", "map", "boulders",
                  "end x, y (m)", "largest x, y (m)", "end yaw (deg)", "end 3D (m)", "whole rotation (deg)",
-                 "most worse than VO (m)", "fixes", "paper: 3D, rotation (boulders)");
+                 "largest excess over VO (m)", "fixes", "paper: 3D, rotation (boulders)");
     }
     fmt::print("  {:<10} {:>9.0f}  {:<22} {:<22} {:<20} {:<22} {:<20} {:<22} {:<10} {}\n", key.map,
                median(f.at("map_boulders")), told(f.at("end_xy_m"), 3), told(f.at("largest_xy_m"), 3),
@@ -188,7 +188,9 @@ void add_table_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("table", "Errors of many runs by map and VO, beside Table I of the paper");
   command
-      ->add_option("runs", options->runs, "folders that cairn run wrote; maps of one name are taken together")
+      ->add_option("runs", options->runs,
+                   "folders that cairn run wrote; runs with maps of the same name "
+                   "are grouped")
       ->required();
   command->add_option("-o,--output", options->output, "the same as CSV");
   command->callback([options] { tabulate(*options); });

@@ -98,12 +98,12 @@ void write_tape(const TapeOptions& options) {
   const FrameRange range = options.frames.empty() ? FrameRange() : parse_frames(options.frames);
   const std::size_t end = std::min(range.end, drive.size());
   if (range.first >= end) {
-    throw ToolError("{}: has {} frames; --frames must name a part of 0:{}", drive.name(), drive.size(),
+    throw ToolError("{}: has {} frames; --frames must give a range within 0:{}", drive.name(), drive.size(),
                     drive.size());
   }
   const auto rover = drive.truth_rover(range.first);
   if (!rover) {
-    throw ToolError("{}: has no truth of the rover to start from; write one into truth_rover.txt there",
+    throw ToolError("{}: has no true pose of the rover to start from; add it in truth_rover.txt",
                     drive.name());
   }
 
@@ -144,7 +144,9 @@ void write_tape(const TapeOptions& options) {
 
 void add_tape_command(CLI::App& app) {
   const auto options = std::make_shared<TapeOptions>();
-  CLI::App* command = app.add_subcommand("tape", "Pack a drive and its map for a target without files");
+  CLI::App* command = app.add_subcommand("tape",
+                                         "Pack a drive and its map for a target without a file "
+                                         "system");
   command->add_option("--dataset", options->dataset, "folder of stereo pairs, with truth")->required();
   command->add_option("--map", options->map, "flight map (.cmap)");
   command->add_option("--frames", options->frames, "FIRST:END, counted from 0");

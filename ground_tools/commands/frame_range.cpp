@@ -6,8 +6,8 @@ namespace cairn::ground {
 
 FrameRange parse_frames(const std::string& text) {
   const std::string mend =
-      "give FIRST:END, whole numbers counted from 0, END not included; either may be left out";
-  const auto refuse = [&] { return ToolError("--frames: '{}' is not a part; {}", text, mend); };
+      "give FIRST:END, whole numbers counted from 0, END not included; either may be omitted";
+  const auto refuse = [&] { return ToolError("--frames: '{}' is not a range; {}", text, mend); };
   const auto index = [&](const std::string& part) {
     if (part.size() > 9 || part.find_first_not_of("0123456789") != std::string::npos) throw refuse();
     return static_cast<std::size_t>(std::stoul(part));

@@ -51,7 +51,7 @@ Images list_images(const fs::path& folder) {
     }
   }
   if (failed)
-    throw ToolError("{}: cannot be listed ({}); check its rights", folder.string(), failed.message());
+    throw ToolError("{}: cannot be listed ({}); check its permissions", folder.string(), failed.message());
   return images;
 }
 
@@ -245,7 +245,7 @@ void Dataset::read_stamps() {
     std::map<int, double> stamp_of;
     for (const NumberRow& row : read_number_rows(by_number)) {
       if (row.values.size() < 2) {
-        throw ToolError("{}:{}: it wants the frame number and its stamp", by_number.string(), row.line);
+        throw ToolError("{}:{}: expected a frame number and its stamp", by_number.string(), row.line);
       }
       stamp_of[index_of(by_number, row.line, row.values[0])] = seconds(row.values[1]);
     }
@@ -260,7 +260,7 @@ void Dataset::read_stamps() {
   }
   for (std::size_t i = 1; i < frames_.size(); ++i) {
     if (frames_[i].stamp_s <= frames_[i - 1].stamp_s) {
-      throw ToolError("{}: the stamp of frame {} is not after that of frame {}; mend the times",
+      throw ToolError("{}: the stamp of frame {} is not after that of frame {}; correct the times",
                       (fs::exists(by_row) ? by_row : by_number).string(), frames_[i].number,
                       frames_[i - 1].number);
     }

@@ -97,17 +97,17 @@ void MapBuild::Inside::round(const RoundInput& input, double from, double to, co
   };
   if (todo.empty() || team.run(input, todo, take, settings.stop)) return;
   if (state.in_memory()) throw ToolError("{}: stopped; nothing was written", facts().name);
-  throw ToolError("{}: stopped with {:.0f} % done; the same command goes on from {}", facts().name,
-                  100.0 * (from + (to - from) * tell()), state.path().string());
+  throw ToolError("{}: stopped with {:.0f} % done; run the same command again to resume from {}",
+                  facts().name, 100.0 * (from + (to - from) * tell()), state.path().string());
 }
 
 void MapBuild::Inside::tell_state() const {
   if (!settings.say) return;
   const std::string name = state.path().string();
   if (state.found() == PartialState::Found::kOtherBuild)
-    settings.say(fmt::format("{}: of another input or other parameters; starting over", name));
+    settings.say(fmt::format("{}: is from another input or other parameters; starting over", name));
   if (state.found() == PartialState::Found::kSameBuild)
-    settings.say(fmt::format("{}: going on with {} finished tiles", name, state.records()));
+    settings.say(fmt::format("{}: resuming with {} finished tiles", name, state.records()));
 }
 
 GreyRange MapBuild::Inside::find_range(double to) {

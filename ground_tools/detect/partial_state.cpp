@@ -103,7 +103,7 @@ void PartialState::load(const std::string& build) {
   const bool ours = read_at(file_, 0, reinterpret_cast<std::uint8_t*>(magic), kMagicSize) == kMagicSize &&
                     std::memcmp(magic, kMagic, kMagicSize) == 0;
   if (end > 0 && !ours) {
-    throw ToolError("{}: is in the way and no partial state of cairn; move it, or choose another --output",
+    throw ToolError("{}: exists and is not a partial state of cairn; move it, or choose another --output",
                     path_.string());
   }
   Head head;
@@ -139,7 +139,7 @@ void PartialState::start_over(const std::string& build) {
 
 void PartialState::cut_to(std::uint64_t size) {
   if (::ftruncate(file_, static_cast<off_t>(size)) != 0)
-    throw ToolError("{}: cannot be cut to size ({}); remove it and run again", path_.string(),
+    throw ToolError("{}: cannot be truncated ({}); remove it and run again", path_.string(),
                     std::strerror(errno));
   size_ = size;
 }
@@ -153,8 +153,8 @@ void PartialState::append(const Bytes& bytes) {
     if (n <= 0) {
       const int error = n < 0 ? errno : ENOSPC;
       cut_to(size_);
-      throw ToolError("{}: writing failed ({}); free some disk space and run again: it goes on from there",
-                      path_.string(), std::strerror(error));
+      throw ToolError("{}: writing failed ({}); free some disk space and run again to resume", path_.string(),
+                      std::strerror(error));
     }
     put += static_cast<std::size_t>(n);
   }

@@ -62,7 +62,7 @@ void read_model(const std::filesystem::path& path, ForecastModel& model) {
   const std::vector<std::uint8_t> bytes = read_file(path);
   const json from = json::parse(bytes.begin(), bytes.end(), nullptr, false);
   if (!from.is_object())
-    throw ToolError("{}: is no model; give the forecast_model.json of a campaign", path.string());
+    throw ToolError("{}: is not a model; give the forecast_model.json of a campaign", path.string());
   take(
       from, [&](const Visit& visit) { visit_others(model, visit); }, path.string());
   if (from.contains("detection") && from["detection"].is_object())

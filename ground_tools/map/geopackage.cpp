@@ -102,7 +102,7 @@ void write_geopackage(const std::filesystem::path& path, const std::vector<Table
   const bool with_z = all_on_known_ground(boulders);
   GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GPKG");
   if (driver == nullptr) {
-    throw ToolError("{}: this GDAL writes no GeoPackage; install one with SQLite, or ask for CSV",
+    throw ToolError("{}: this GDAL cannot write GeoPackage; install one with SQLite, or ask for CSV",
                     path.string());
   }
   bool good = false;
@@ -126,7 +126,7 @@ void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder
     return std::filesystem::path(path).replace_extension(ending);
   };
   if (std::filesystem::exists(beside(".shp"))) {
-    throw ToolError("{}: {} lies beside it and has its own .prj; choose another name", path.string(),
+    throw ToolError("{}: {} in the same folder uses the same .prj; choose another name", path.string(),
                     beside(".shp").filename().string());
   }
   std::string wkt;
@@ -159,7 +159,7 @@ std::string reference_beside(const std::filesystem::path& csv) {
   OGRSpatialReference system;
   if (system.SetFromUserInput(std::string(bytes.begin(), bytes.end()).c_str()) != OGRERR_NONE ||
       system.IsGeographic() != 0) {
-    throw ToolError("{}: holds no projected reference system as WKT; mend or remove it", prj.string());
+    throw ToolError("{}: contains no projected reference system as WKT; correct or remove it", prj.string());
   }
   return reference_text(&system);
 }

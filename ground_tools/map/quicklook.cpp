@@ -181,7 +181,7 @@ Picture picture_of(const MapExtent& extent, const std::string& reference_system,
   }
   const Window w = window_of(*ortho, geo, extent);
   if (w.width == 0 || w.height == 0)
-    throw ToolError("{}: shows nothing of the mapped ground; give the orthoimage of this site", name);
+    throw ToolError("{}: does not overlap the mapped area; give the orthoimage of this site", name);
   const double zoom = magnification(std::max(w.width, w.height), params.max_side_px);
   const int width = std::max(1, static_cast<int>(std::lround(w.width * zoom)));
   const int height = std::max(1, static_cast<int>(std::lround(w.height * zoom)));
@@ -272,7 +272,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture,
   GDALDriverManager* const drivers = GetGDALDriverManager();
   GDALDriver* const png = drivers->GetDriverByName("PNG");
   const Canvas& canvas = picture.canvas;
-  if (png == nullptr) throw ToolError("{}: this GDAL writes no PNG; install one that does", path.string());
+  if (png == nullptr) throw ToolError("{}: this GDAL cannot write PNG; install one that does", path.string());
   {
     const Dataset memory(
         drivers->GetDriverByName("MEM")->Create("", canvas.width(), canvas.height(), 3, GDT_Byte, nullptr));
@@ -297,7 +297,7 @@ QuicklookFacts write_quicklook(const std::filesystem::path& path, const std::vec
   if (params.max_side_px < 100 || params.max_side_px > 10000)
     throw ToolError("--max-side: {} is out of range; choose 100 to 10000 pixels", params.max_side_px);
   if (!(extent.max_x_m > extent.min_x_m && extent.max_y_m > extent.min_y_m))
-    throw ToolError("{}: the map covers no ground; there is nothing to show", path.string());
+    throw ToolError("{}: the map covers no area; there is nothing to show", path.string());
   Picture picture = params.ortho.empty() ? plain_picture(extent, params.max_side_px)
                                          : picture_of(extent, reference_system, params);
   draw_boulders(picture, boulders);

@@ -42,8 +42,8 @@ std::vector<Vec2> places_in_model(GDALDataset& model, const std::string& name,
       OGRCreateCoordinateTransformation(&from, to.get()));
   if (between == nullptr) {
     throw ToolError(
-        "{}: its reference system and the map's ({}) cannot be brought together{}; reproject it with "
-        "gdalwarp -t_srs",
+        "{}: its reference system and the map's ({}) cannot be transformed into each other{}; reproject it "
+        "with gdalwarp -t_srs",
         name, reference_system, quiet.reason());
   }
   for (Vec2& place : places) {
@@ -135,7 +135,7 @@ std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBo
     ++known;
   }
   if (known == 0 && !boulders.empty()) {
-    throw ToolError("{}: knows no height under any of the {} boulders; give the elevation model of this site",
+    throw ToolError("{}: has no height under any of the {} boulders; give the elevation model of this site",
                     name, boulders.size());
   }
   return known;

@@ -29,7 +29,7 @@ GeoTransform geo_transform_of(GDALDataset& data, const std::string& name) {
   if (!(geo.pixel_area_m2() > 0.0) || !std::isfinite(geo.pixel_area_m2()) || !std::isfinite(geo.c[0]) ||
       !std::isfinite(geo.c[3])) {
     throw ToolError(
-        "{}: its geo-reference gives pixels without area; mend the geo-transform or the world file", name);
+        "{}: its geo-reference gives pixels of no area; correct the geo-transform or the world file", name);
   }
   return geo;
 }
@@ -54,14 +54,14 @@ std::string reference_system_of(GDALDataset& data, const std::string& name) {
 
 std::vector<int> bands_to_read(GDALDataset& data, int band, const std::string& name) {
   const int count = data.GetRasterCount();
-  if (count == 0) throw ToolError("{}: holds no image band; give an orthoimage", name);
+  if (count == 0) throw ToolError("{}: has no image band; give an orthoimage", name);
   if (band < 0 || band > count)
     throw ToolError("{}: has no band {}; choose --band 1 to {}", name, band, count);
   std::vector<int> bands = {band > 0 ? band : 1};
   if (band == 0 && count >= 3) bands = {1, 2, 3};
   for (const int b : bands) {
     if (GDALDataTypeIsComplex(data.GetRasterBand(b)->GetRasterDataType()) != 0)
-      throw ToolError("{}: band {} holds complex numbers; give an image of brightness", name, b);
+      throw ToolError("{}: band {} contains complex numbers; give an image of brightness", name, b);
   }
   return bands;
 }

@@ -109,8 +109,8 @@ OGRSpatialReference reference_of(const std::string& text, const std::string& wha
     system.SetLinearUnits(SRS_UL_METER, 1.0);
   } else if (system.SetFromUserInput(text.c_str()) != OGRERR_NONE) {
     throw ToolError(
-        "{}: its reference system '{}' is none that PROJ knows{}; mend it, or build the map again", what,
-        text, quiet.reason());
+        "{}: its reference system '{}' is not one that PROJ knows{}; correct it, or build the map again",
+        what, text, quiet.reason());
   }
   system.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   return system;

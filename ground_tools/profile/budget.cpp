@@ -81,7 +81,7 @@ std::string broken_budgets(const std::vector<JobReport>& jobs, double clock_mhz)
   std::string out;
   for (const JobReport& job : jobs) {
     if (!job.broken(clock_mhz)) continue;
-    out += out.empty() ? "budget broken: " : "; ";
+    out += out.empty() ? "budget exceeded: " : "; ";
     if (job.rounds.empty()) {
       out += fmt::format("{} never ran (or {} is not a function of the image)", job.budget.name,
                          job.budget.begins);

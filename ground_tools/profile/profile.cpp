@@ -56,7 +56,7 @@ class Reader {
       const std::size_t end = std::min(text.find('\n', at), text.size());
       Line line(path_, ++number, text.substr(at, end - at));
       if (number == 1 && (line.kind() != "cairn-profile" || line.number<int>() != 1))
-        throw ToolError("{}: is no profile of this version; run `make profile` again", path_);
+        throw ToolError("{}: is not a profile of this version; run `make profile` again", path_);
       take(line);
       at = end + 1;
     }
@@ -98,20 +98,19 @@ class Reader {
     f.data_misses = line.number<std::uint64_t>();
     f.stalled_cycles = line.number<std::uint64_t>();
     while (line.more()) f.counts.push_back(line.number<std::uint64_t>());
-    if (f.counts.size() != out_.classes.size()) line.fail("has not one count a class");
+    if (f.counts.size() != out_.classes.size()) line.fail("does not have one count per class");
     out_.functions.push_back(std::move(f));
   }
   std::size_t index(Line& line) {
     const auto at = index_.find(line.number<int>());
-    if (at == index_.end()) line.fail("names a function that the file does not have");
+    if (at == index_.end()) line.fail("refers to a function that is not in the file");
     return at->second;
   }
   void node(Line& line) {
     ProfileNode n;
     if (line.number<std::size_t>() != out_.nodes.size()) line.fail("is out of order");
     n.parent = line.number<std::size_t>();
-    if (n.parent >= std::max<std::size_t>(1, out_.nodes.size()))
-      line.fail("comes before the one that called it");
+    if (n.parent >= std::max<std::size_t>(1, out_.nodes.size())) line.fail("comes before its caller");
     if (out_.nodes.empty() && index_.count(0) == 0) {
       index_[0] = out_.functions.size();
       ProfileFunction root;
@@ -128,7 +127,7 @@ class Reader {
   }
   void finish() {
     if (out_.nodes.empty() || !(out_.clock_mhz > 0.0))
-      throw ToolError("{}: holds no run; run `make profile` again", path_);
+      throw ToolError("{}: contains no run; run `make profile` again", path_);
     for (const ProfileNode& n : out_.nodes) {
       ProfileFunction& f = out_.functions[n.function];
       f.self += n.self;

@@ -98,7 +98,7 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
   const StereoRig rig = rig_of(drive);
   const std::size_t end = std::min(options.end_frame, drive.size());
   if (options.first_frame >= end) {
-    throw ToolError("{}: has {} frames; --frames must name a part of 0:{}", drive.name(), drive.size(),
+    throw ToolError("{}: has {} frames; --frames must give a range within 0:{}", drive.name(), drive.size(),
                     drive.size());
   }
   if (rig.width_px > cfg::kImageWidth || rig.height_px > cfg::kImageHeight) {

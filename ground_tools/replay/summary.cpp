@@ -123,7 +123,7 @@ void print_table(const Replay& replay, const RunErrors& errors) {
   fmt::print("{} frames, {} fixes applied of {}, {} ground boulders\n", replay.frames.size(), applied,
              replay.fixes.size(), replay.boulders.size());
   if (!vo || !corrected) {
-    fmt::print("no truth in the data set: no errors to tell\n");
+    fmt::print("no truth in the data set: no errors are computed\n");
     return;
   }
   fmt::print("errors after {:.2f} m          VO alone   corrected\n", vo->path_m);

@@ -78,7 +78,7 @@ void check_same_scene(const Scene& scene, const fs::path& folder) {
   if (!fs::exists(record, ignored)) return;
   const std::vector<std::uint8_t> bytes = read_file(record);
   if (std::string(bytes.begin(), bytes.end()) != to_toml(scene))
-    throw ToolError("{}: tells of another scene; give another folder, or remove this one", record.string());
+    throw ToolError("{}: describes another scene; give another folder, or remove this one", record.string());
 }
 
 void write_truth(const World& world, const fs::path& folder) {

@@ -144,7 +144,7 @@ void read_site(LayeredToml& reader, Site& site) {
   const int layer = reader.layer_of("size_m");
   const int sides = std::max(reader.layer_of("width_m"), reader.layer_of("height_m"));
   if (square && sides == layer)
-    reader.fail("size_m", "stands beside width_m or height_m; leave one of them out");
+    reader.fail("size_m", "cannot be combined with width_m or height_m; remove one of them");
   const bool has_origin = reader.layer_of("origin_y_m") >= 0;
   visit_site(reader, site);
   if (square && layer > reader.layer_of("width_m")) site.width_m = size_m;
@@ -175,7 +175,7 @@ void derive_intrinsics(LayeredToml& reader, Rig& rig) {
   const int fx = reader.layer_of("fx_px");
   double hfov_deg = 0.0;
   if (reader.number("hfov_deg", hfov_deg, 5.0, 160.0)) {
-    if (fov == fx) reader.fail("hfov_deg", "stands beside fx_px; leave one of them out");
+    if (fov == fx) reader.fail("hfov_deg", "cannot be combined with fx_px; remove one of them");
     if (fov > fx) rig.fx_px = 0.5 * rig.width_px / std::tan(0.5 * hfov_deg * kRadPerDeg);
   }
   const int focal = std::max(fov, fx);
@@ -242,7 +242,7 @@ void read_rig(LayeredToml& reader, Rig& rig) {
   if (name != "paper" && name != "mast" && name != "custom") {
     reader.fail(
         "name",
-        fmt::format("= '{}' is no known rig; use paper, mast, or custom with all of its numbers", name));
+        fmt::format("= '{}' is not a known rig; use paper, mast, or custom with all of its numbers", name));
   }
   const int named = reader.layer_of("name");
   // A name on the command line replaces the rig of the file.
@@ -252,7 +252,7 @@ void read_rig(LayeredToml& reader, Rig& rig) {
   if (name == "custom") {
     for (const char* key : {"width_px", "height_px", "baseline_m", "height_m", "pitch_down_deg"}) {
       if (reader.layer_of(key) < 0)
-        reader.fail("name", fmt::format("= 'custom' wants every number; add {}", key));
+        reader.fail("name", fmt::format("= 'custom' needs every number; add {}", key));
     }
   }
   visit_rig_numbers(reader, rig);
@@ -272,7 +272,7 @@ std::vector<Vec2> read_waypoints(LayeredToml& reader) {
     for (const toml::node& entry : *list) {
       const toml::array* pair = entry.as_array();
       if (pair == nullptr || pair->size() != 2 || !pair->get(0)->is_number() || !pair->get(1)->is_number()) {
-        reader.fail("waypoints", "wants pairs of numbers: [[x, y], [x, y]], metres");
+        reader.fail("waypoints", "must be pairs of numbers: [[x, y], [x, y]], metres");
       }
       points.emplace_back(*pair->get(0)->value<double>(), *pair->get(1)->value<double>());
     }
@@ -287,12 +287,12 @@ std::vector<Vec2> read_waypoints(LayeredToml& reader) {
     points = ground::read_waypoints(path);
   }
   if (points.size() < 2)
-    reader.fail("waypoints", fmt::format("has {} points; it wants two or more", points.size()));
+    reader.fail("waypoints", fmt::format("has {} points; it needs two or more", points.size()));
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!(points[i].cwiseAbs().maxCoeff() <= 1.0e7))
       reader.fail("waypoints", fmt::format("point {} is out of range", i + 1));
     if (i > 0 && (points[i] - points[i - 1]).norm() < 1.0e-3) {
-      reader.fail("waypoints", fmt::format("points {} and {} are the same; drop one", i, i + 1));
+      reader.fail("waypoints", fmt::format("points {} and {} are the same; remove one", i, i + 1));
     }
   }
   return points;
@@ -331,7 +331,7 @@ void refuse_off_site(LayeredToml& reader, const Scene& scene, const std::vector<
   reader.fail(
       waypoints ? "waypoints" : "length_m",
       fmt::format("leads {} the site: frame {} at ({:.2f}, {:.2f}) is {:.2f} m {} the edge, margin_m "
-                  "asks for {}; {}, or enlarge [site]",
+                  "requires {}; {}, or enlarge [site]",
                   least_m < 0.0 ? "out of" : "to the edge of", worst, path[worst].x_m, path[worst].y_m,
                   std::fabs(least_m), least_m < 0.0 ? "beyond" : "from", scene.traverse.margin_m,
                   waypoints ? "move that point" : "shorten it, choose another kind or start"),
@@ -348,39 +348,44 @@ void read_traverse(LayeredToml& reader, Scene& scene) {
   if (known == std::end(kKinds)) {
     std::string names;
     for (const KindName& k : kKinds) names += std::string(names.empty() ? "" : ", ") + k.name;
-    reader.fail("kind", fmt::format("= '{}' is no known kind; use one of {}", kind, names));
+    reader.fail("kind", fmt::format("= '{}' is not a known kind; use one of {}", kind, names));
   }
   t.kind = known->kind;
   const bool waypoints = t.kind == TraverseKind::kWaypoints;
   const int chosen = reader.layer_of("kind");  // what stood there before is no contradiction
   for (const char* key : {"length_m", "start_x_m", "start_y_m", "start_heading_deg"}) {
     if (waypoints && reader.layer_of(key) >= std::max(0, chosen))
-      reader.fail(key, "says what the way-points tell already; leave it out");
+      reader.fail(key, "is already given by the way-points; remove it");
   }
   if (waypoints) t.waypoints_map_m = read_waypoints(reader);
   if (!waypoints && reader.layer_of("waypoints") >= std::max(0, chosen)) {
-    reader.fail("waypoints",
-                fmt::format("has no use for kind = '{}'; leave it out, or kind = 'waypoints'", kind));
+    reader.fail(
+        "waypoints",
+        fmt::format("cannot be combined with kind = '{}'; remove it, or set kind = 'waypoints'", kind));
   }
   visit_traverse(reader, t);
   if (t.start_x_m.has_value() != t.start_y_m.has_value()) {
-    reader.fail("start_x_m", "and start_y_m go together; give both, or none for a centred way", "start_y_m");
+    reader.fail("start_x_m",
+                "and start_y_m must be given together; give both, or neither for a centred "
+                "path",
+                "start_y_m");
   }
   if (std::fabs(t.radius_m) < 0.5 && t.radius_m != 0.0) {
     reader.fail("radius_m", fmt::format("= {} is too tight; use 0.5 m or more to either side", t.radius_m));
   }
   if (count_frames(t) > kMaxFrames) {
     reader.fail("step_m",
-                fmt::format("= {}: {:.0f} frames, more than {:.0f}; lengthen the steps, or shorten the way",
+                fmt::format("= {}: {:.0f} frames, more than {:.0f}; lengthen the steps, or shorten the "
+                            "drive",
                             t.step_m, count_frames(t), kMaxFrames),
                 "length_m");
   }
   const std::vector<PathPoint> path = plan(scene);
   if (path.size() < 2) {
-    reader.fail(
-        "length_m",
-        fmt::format("= {} is no drive with steps of {} m; two frames are the least", t.length_m, t.step_m),
-        "kind");
+    reader.fail("length_m",
+                fmt::format("= {} is too short for steps of {} m; a drive needs at least two frames",
+                            t.length_m, t.step_m),
+                "kind");
   }
   refuse_off_site(reader, scene, path);
 }

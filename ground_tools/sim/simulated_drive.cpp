@@ -41,7 +41,7 @@ SimulatedDrive::SimulatedDrive(const World& world, std::string name)
   if ((flown.t - rig_.T_rover_cam.t).norm() > 1e-6 ||
       (flown.inverse() * rig_.T_rover_cam).q.vec().norm() > 1e-6) {
     throw ToolError(
-        "{}: its rig '{}' does not sit as that of mission '{}'; build with the MISSION of this rig", name_,
+        "{}: its rig '{}' is not mounted as that of mission '{}'; build with the MISSION of this rig", name_,
         world.scene().rig.name, cfg::kMission.name);
   }
   rig_.T_rover_cam = Pose3();  // the mission's, as for any drive

@@ -20,7 +20,7 @@ class Image {
     if (!in) throw std::runtime_error(path + ": cannot be read; build the image first");
     bytes_.assign(std::istreambuf_iterator<char>(in), {});
     if (bytes_.size() < 52 || bytes_.compare(0, 4, "\177ELF") != 0 || bytes_[4] != 1 || bytes_[5] != 2)
-      throw std::runtime_error(path + ": is no 32-bit big-endian ELF file; give the image that runs");
+      throw std::runtime_error(path + ": is not a 32-bit big-endian ELF file; give the image that runs");
   }
   std::uint32_t u32(std::size_t at) const {
     need(at + 4);

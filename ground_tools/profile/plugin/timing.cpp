@@ -14,7 +14,7 @@ class Reader {
       root_ = toml::parse_file(path);
     } catch (const toml::parse_error& error) {
       throw std::runtime_error(path + ":" + std::to_string(error.source().begin.line) + ": " +
-                               std::string(error.description()) + "; mend the line");
+                               std::string(error.description()) + "; correct the line");
     }
   }
 

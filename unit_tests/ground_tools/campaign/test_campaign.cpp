@@ -315,8 +315,8 @@ void test_damaged_tables_are_refused(void**) {
     text.replace(text.rfind(from), from.size(), to);
     return text;
   };
-  refused_table("", "no table of trials");
-  refused_table("seed\n1\n", "no table of trials");
+  refused_table("", "not a table of trials");
+  refused_table("seed\n1\n", "not a table of trials");
   refused_table(with(",330,", ",3x0,"), ":4: is damaged");
   refused_table(with(",330,", ",nan,"), ":4: is damaged");
   refused_table(with(",330,", ",,"), ":4: is damaged");

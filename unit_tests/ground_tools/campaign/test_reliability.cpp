@@ -199,8 +199,8 @@ void test_model_files(void**) {
     file = scratch.file("bad.json", text);
     assert_refused((read_model(file, any), 0), word);
   };
-  refused("", "is no model");
-  refused("[1]", "is no model");
+  refused("", "is not a model");
+  refused("[1]", "is not a model");
   refused("{\"cluter_per_m2\": 2}", "unknown key 'cluter_per_m2'");
   refused("{\"detection\": {\"hlaf_m\": 2}}", "unknown key 'hlaf_m'");
   refused("{\"clutter_per_m2\": \"2\"}", "must be a number");

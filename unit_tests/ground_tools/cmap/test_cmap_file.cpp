@@ -370,7 +370,7 @@ void test_decoder_refusals(void**) {
   assert_refused(decode_cmap(bad, "m.cmap"), "damaged head");
   bad = bytes;
   bad.back() ^= 4U;
-  assert_refused(decode_cmap(bad, "m.cmap"), "no tile that is whole");
+  assert_refused(decode_cmap(bad, "m.cmap"), "no intact tile");
 }
 
 }  // namespace

@@ -382,7 +382,7 @@ void test_bases_of_another_grid(void**) {
   some.erase(
       std::remove_if(some.begin(), some.end(), [](const TableBoulder& b) { return b.p_map_m.x() < 1001; }),
       some.end());
-  assert_refused(with_base(map_of(some, kQuantum_m, 0.004)), "another grid");
+  assert_refused(with_base(map_of(some, kQuantum_m, 0.004)), "a different grid");
   CmapSource local;
   assert_refused(with_base(encode_cmap(rocks, site_content.extent, kQuantum_m, local)), "reference system");
   assert_refused(with_base({}), "base.cmap");

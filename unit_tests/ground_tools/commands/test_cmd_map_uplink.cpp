@@ -95,7 +95,7 @@ void test_refusals(void**) {
   check_refused(with("x,y\n1,1\n2000,1\n"), "way-point 2", "move it");
   check_refused(" " + scratch.path("path.csv").string() + " --path " + scratch.path("path.csv").string(),
                 "path.csv", "is truncated");
-  check_refused(good() + " --budget 60", "--budget", "is the least");
+  check_refused(good() + " --budget 60", "--budget", "needs at least");
   check_refused(good() + " --chunk 8", "--chunk", "16 to 490");
   check_refused(good() + " --base " + scratch.path("path.csv").string(), "path.csv", "is truncated");
 }

@@ -95,7 +95,7 @@ void test_an_image_that_cannot_be_read_is_a_warning(void**) {
 void test_data_sets(void**) {
   check_refused(set("nowhere") + out() + kStart + " --no-map", "nowhere", "folder");
   check_refused(out() + kStart + " --no-map", "--dataset", "--scene");
-  check_refused(set() + " --scene nowhere.toml" + out() + " --no-map", "--dataset", "leave one out");
+  check_refused(set() + " --scene nowhere.toml" + out() + " --no-map", "--dataset", "remove one");
   check_refused(" --scene " + scratch.path("nowhere.toml").string() + out() + " --no-map", "nowhere.toml",
                 "file");
   check_refused(" --set rig.height_m=1" + out() + " --no-map", "custom", "MISSION");
@@ -106,7 +106,7 @@ void test_data_sets(void**) {
 
 void test_which_map(void**) {
   check_refused(set() + out() + kStart, "--map", "--no-map");
-  check_refused(set() + out() + kStart + map_at("good.cmap") + " --no-map", "--map", "leave one out");
+  check_refused(set() + out() + kStart + map_at("good.cmap") + " --no-map", "--map", "remove one");
 }
 
 void test_maps(void**) {
@@ -133,7 +133,7 @@ void test_maps(void**) {
   save("empty.cmap", {});
   check_refused(rest + map_at("empty.cmap"), "empty.cmap: is empty", "build it again");
   save("barren.cmap", encode_cmap({}, {0.0, 0.0, 10.0, 10.0}, 0.01, {}));
-  check_refused(rest + map_at("barren.cmap"), "barren.cmap: holds no boulder", "build it");
+  check_refused(rest + map_at("barren.cmap"), "barren.cmap: contains no boulders", "build it");
   scratch.file("text.cmap", std::string(500, 'x'));
   check_refused(rest + map_at("text.cmap"), "text.cmap: is not a .cmap map", "cairn map build");
 }
@@ -142,7 +142,7 @@ void test_frames(void**) {
   const std::string rest = set() + out() + kStart + " --no-map --frames ";
   for (const char* part : {"1", "a:b", "1:2:3", "1:x", "-1:2", "1.5:2", "99999999999:", "'1 :2'"})
     check_refused(rest + part, "--frames", "FIRST:END");
-  for (const char* part : {"2:", "1:1", "1:0", ":0"}) check_refused(rest + part, "--frames", "a part of 0:2");
+  for (const char* part : {"2:", "1:1", "1:0", ":0"}) check_refused(rest + part, "--frames", "a range within 0:2");
 }
 
 void test_starts(void**) {

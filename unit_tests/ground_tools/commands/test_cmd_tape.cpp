@@ -134,7 +134,7 @@ void test_a_part_without_map(void**) {
 void test_data_sets(void**) {
   check_refused(set("nowhere") + out(), "nowhere", "folder");
   check_refused(out(), "--dataset", "--help");
-  check_refused(set("nowhere_to_start") + out(), "no truth of the rover", "truth_rover.txt");
+  check_refused(set("nowhere_to_start") + out(), "no true pose of the rover", "truth_rover.txt");
 }
 
 void test_maps(void**) {
@@ -147,7 +147,7 @@ void test_frames(void**) {
   for (const char* part : {"1", "a:b", "-1:2", "1:x"})
     check_refused(set() + out() + " --frames " + part, "--frames", "FIRST:END");
   for (const char* part : {"2:", "1:1", ":0"})
-    check_refused(set() + out() + " --frames " + part, "--frames", "a part of 0:2");
+    check_refused(set() + out() + " --frames " + part, "--frames", "a range within 0:2");
 }
 
 void test_outputs(void**) {

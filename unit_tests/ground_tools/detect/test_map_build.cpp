@@ -221,13 +221,13 @@ void test_goes_on_to_the_same_table(void**) {
       try {
         text = table(*source, settings);
       } catch (const ToolError& error) {
-        assert_true(std::string(error.what()).find("goes on from") != std::string::npos);
+        assert_true(std::string(error.what()).find("to resume from") != std::string::npos);
         assert_true(std::filesystem::exists(settings.state));
         ++stops;
       }
     }
     assert_at_least(stops, 5);
-    assert_true(went_on.find("going on") != std::string::npos);
+    assert_true(went_on.find("resuming") != std::string::npos);
     assert_true(text == whole);
 
     settings.stop = {};

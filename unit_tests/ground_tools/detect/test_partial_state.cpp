@@ -91,7 +91,8 @@ void test_in_memory(void**) {
 void test_refusals(void**) {
   assert_refused(PartialState(scratch.path("x").parent_path() / "no" / "state.part", "A"),
                  "cannot write here");
-  assert_refused(PartialState(scratch.file("letter.txt", "Dear reader, I am no state."), "A"), "in the way");
+  assert_refused(PartialState(scratch.file("letter.txt", "Dear reader, I am no state."), "A"),
+                 "is not a partial state");
   assert_int_equal(read_file(scratch.path("letter.txt")).size(), 27);
   write_three("twice.part");
   PartialState first(path, "build A");

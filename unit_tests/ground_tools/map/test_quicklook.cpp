@@ -195,14 +195,14 @@ void test_refusals(void**) {
   params.ortho = ortho(form);
   assert_refused(write_quicklook(path, {}, extent, "EPSG:32633", params), "EPSG:32633");
   assert_refused(write_quicklook(path, {}, {0.0, 0.0, 1.0, 1.0}, kMars, params),
-                 "nothing of the mapped ground");
+                 "does not overlap the mapped area");
   assert_refused(write_quicklook(scratch.path("no") / "x/q.png", {}, extent, kMars, params), "folder");
   params.band = 2;
   assert_refused(write_quicklook(path, {}, extent, kMars, params), "has no band 2");
   params.band = 0;
   params.max_side_px = 10;
   assert_refused(write_quicklook(path, {}, extent, kMars, params), "--max-side");
-  assert_refused(write_quicklook(path, {}, {0.0, 0.0, 0.0, 1.0}, kMars), "covers no ground");
+  assert_refused(write_quicklook(path, {}, {0.0, 0.0, 0.0, 1.0}, kMars), "covers no area");
   fs::resize_file(ortho(form), 100000);
   params = {};
   params.ortho = scratch.path("ortho.tif");

@@ -95,7 +95,7 @@ void test_budget_at_its_bound(void**) {
   assert_string_equal(broken_budgets(jobs, 100.0).c_str(), "");
   static std::string line;
   line = broken_budgets(jobs, 50.0);
-  assert_string_equal(line.c_str(), "budget broken: visual odometry takes 1.200 s of 0.600 s in frame 0");
+  assert_string_equal(line.c_str(), "budget exceeded: visual odometry takes 1.200 s of 0.600 s in frame 0");
   line = broken_budgets(jobs, 25.0);
   assert_true(line.find("registration takes 0.200 s of 0.100 s") != std::string::npos);
 }
@@ -145,16 +145,16 @@ void refuse(const std::string& text, const char* word) {
 void test_refuses_bad_profiles(void**) {
   assert_refused(read_profile(scratch.path("none.tsv")), "none.tsv");
   refuse("", "cut off");
-  refuse("function\t1\n", "is no profile");
-  refuse("cairn-profile\t2\n", "is no profile");
+  refuse("function\t1\n", "is not a profile");
+  refuse("cairn-profile\t2\n", "is not a profile");
   refuse(kHead + kFunctions + kNodes + kSpans, "cut off");
   refuse(kHead + kFunctions + "node\t0\t0\t0\t0\tx\t0\t0\t0\t0\n", "'x' is not a number");
   refuse(kHead + kFunctions + "node\t0\t0\t0\t0\n", "too short");
   refuse(kHead + kFunctions + "node\t1\t0\t0\t0\t0\t0\t0\t0\t0\n", "out of order");
   refuse(kHead + kFunctions + kNodes + "node\t6\t9\t1\t1\t1\t1\t0\t0\t0\n", "comes before");
-  refuse(kHead + kFunctions + kNodes + "call\t77\t1\t1\t1\n", "names a function");
-  refuse(kHead + "function\t1\tmain\t1\t1\t1\t1\t1\t0\t0\t0\t5\n", "one count a class");
-  refuse(kHead + "end\n", "holds no run");
+  refuse(kHead + kFunctions + kNodes + "call\t77\t1\t1\t1\n", "refers to a function");
+  refuse(kHead + "function\t1\tmain\t1\t1\t1\t1\t1\t0\t0\t0\t5\n", "one count per class");
+  refuse(kHead + "end\n", "contains no run");
 }
 
 void test_refuses_bad_budgets(void**) {
@@ -181,7 +181,8 @@ void test_command(void**) {
   assert_int_equal(good.code, 0);
   for (const char* name : {"jobs.csv", "rounds.csv", "functions.csv", "profile.html"})
     assert_true(std::filesystem::exists(scratch.path("out") / name));
-  test::check_refusal(scratch, given + " --clock 50", "budget broken: visual odometry", "1.200 s of 1.000 s");
+  test::check_refusal(scratch, given + " --clock 50", "budget exceeded: visual odometry",
+                      "1.200 s of 1.000 s");
   test::check_refusal(scratch, "profile nothing.tsv --target board --budget x.toml", "nothing.tsv", "");
 }
 

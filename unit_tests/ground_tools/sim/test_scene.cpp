@@ -202,7 +202,7 @@ void test_site_sides(void**) {
   assert_true(s.site.width_m == 100.0 && s.site.height_m == 90.0);
   s = scene_from("[site]\nwidth_m = 90\nheight_m=80\norigin_y_m = 3\n", {"site.size_m=100"});
   assert_true(s.site.width_m == 100.0 && s.site.height_m == 100.0 && s.site.origin_y_m == 3.0);
-  refused("[site]\nsize_m = 90\nheight_m = 80\n", {"scene.toml:2: site.size_m", "leave one"});
+  refused("[site]\nsize_m = 90\nheight_m = 80\n", {"scene.toml:2: site.size_m", "remove one"});
   refused("[site]\nsize_m = 0\n", {"site.size_m = 0 is out of range"});
 }
 
@@ -273,7 +273,7 @@ void test_waypoints(void**) {
   const std::string kind = "[traverse]\nkind = 'waypoints'\n";
   refused(kind, {"scene.toml:2: traverse.waypoints is missing", "CSV"});
   refused(kind + "waypoints = 'absent.csv'\n", {"absent.csv"});
-  refused(kind + "waypoints = 3\n", {"scene.toml:3: traverse.waypoints is a number; it wants"});
+  refused(kind + "waypoints = 3\n", {"scene.toml:3: traverse.waypoints is a number; it must be"});
   refused(kind + "waypoints = [[1, -10]]\n", {"has 1 points"});
   refused(kind + "waypoints = [[10, -10], [10]]\n", {"pairs of numbers"});
   refused(kind + "waypoints = [[10, -10], ['a', 2]]\n", {"pairs of numbers"});
@@ -282,8 +282,8 @@ void test_waypoints(void**) {
   refused(kind + "waypoints = [[10, -10], [90, -10]]\n",
           {"scene.toml:3: traverse.waypoints leads out of the site"});
   refused(kind + "waypoints = [[10, -10], [20, -10]]\nlength_m = 5\n",
-          {"scene.toml:4: traverse.length_m", "leave it out"});
-  refused("[traverse]\nwaypoints = [[10, -10], [20, -10]]\n", {"has no use for kind = 's'"});
+          {"scene.toml:4: traverse.length_m", "remove it"});
+  refused("[traverse]\nwaypoints = [[10, -10], [20, -10]]\n", {"cannot be combined with kind = 's'"});
   scratch.file("bad.csv", "x,y\n10,-10\n20,b\n");
   refused(kind + "waypoints = 'bad.csv'\n", {"bad.csv:3"});
   scratch.file("columns.csv", "a,b\n10,-10\n");
@@ -306,7 +306,7 @@ void test_refuses_unknown_keys(void**) {
           {"scene.toml:3: no key 'rocks.min_diameter'", "min_diameter_m"});
   refused("[traverse]\nlenght_m = 10\n", {"scene.toml:2: no key 'traverse.lenght_m'", "length_m"});
   refused("[ortho_sun]\naltitude = 10\n", {"no key 'ortho_sun.altitude'", "elevation_deg"});
-  refused("site = 3\n", {"scene.toml:1: site is a number; it is a section"});
+  refused("site = 3\n", {"scene.toml:1: site is a number; it must be a section"});
   refused("\"\" = 3\n", {"no key or section ''"});
   refused("\"a\\nb\" = 3\n", {"no key or section 'a b'"});
   refused_set({"rocks.kk=3"}, {"--set rocks.kk=3: no key 'rocks.kk'"});
@@ -314,18 +314,18 @@ void test_refuses_unknown_keys(void**) {
 }
 
 void test_refuses_wrong_types(void**) {
-  refused("seed = 1.5\n", {"scene.toml:1: seed is a number; it wants a whole number"});
+  refused("seed = 1.5\n", {"scene.toml:1: seed is a number; it must be a whole number"});
   refused("seed = -1\n", {"seed = -1 is out of range"});
   refused("seed = 9223372036854775808\n", {"not TOML"});
   refused("[seed]\na = 1\n", {"seed is a section"});
-  refused("[rocks]\nk = '0.1'\n", {"scene.toml:2: rocks.k is text; it wants a number"});
-  refused("[rocks]\nk = true\n", {"rocks.k is true or false; it wants a number"});
+  refused("[rocks]\nk = '0.1'\n", {"scene.toml:2: rocks.k is text; it must be a number"});
+  refused("[rocks]\nk = true\n", {"rocks.k is true or false; it must be a number"});
   refused("[rocks]\nk = [0.1]\n", {"rocks.k is a list"});
   refused("[rocks]\nk = 1979-05-27\n", {"rocks.k is a date"});
-  refused("[rocks]\nclear_path = 1\n", {"rocks.clear_path is a number; it wants true or false"});
-  refused("[camera]\ndust_spots = 2.0\n", {"camera.dust_spots is a number; it wants a whole number"});
-  refused("[rig]\nname = 3\n", {"rig.name is a number; it wants text"});
-  refused("[traverse]\nkind = true\n", {"traverse.kind is true or false; it wants text"});
+  refused("[rocks]\nclear_path = 1\n", {"rocks.clear_path is a number; it must be true or false"});
+  refused("[camera]\ndust_spots = 2.0\n", {"camera.dust_spots is a number; it must be a whole number"});
+  refused("[rig]\nname = 3\n", {"rig.name is a number; it must be text"});
+  refused("[traverse]\nkind = true\n", {"traverse.kind is true or false; it must be text"});
 }
 
 void test_refuses_what_is_out_of_range(void**) {
@@ -372,16 +372,16 @@ void test_refuses_what_is_out_of_range(void**) {
 }
 
 void test_refuses_impossible_rigs(void**) {
-  refused("[rig]\nname = 'moon'\n", {"scene.toml:2: rig.name = 'moon' is no known rig; use paper, mast"});
+  refused("[rig]\nname = 'moon'\n", {"scene.toml:2: rig.name = 'moon' is not a known rig; use paper, mast"});
   refused("[rig]\nname = 'custom'\nwidth_px = 100\n",
-          {"rig.name = 'custom' wants every number; add height_px"});
+          {"rig.name = 'custom' needs every number; add height_px"});
   refused("[rig]\nwidth_px = 0\n", {"rig.width_px = 0 is out of range"});
   refused("[rig]\nbaseline_m = 0\n", {"rig.baseline_m = 0 is out of range"});
   refused("[rig]\nheight_m = 0\n", {"rig.height_m = 0 is out of range"});
   refused("[rig]\nfx_px = -5\n", {"rig.fx_px = -5 is out of range"});
   refused("[rig]\nwidth_px = 1024\n", {"scene.toml:2: rig.width_px is given without a focal length"});
   refused("[rig]\nheight_px = 1024\n", {"without a focal length"});
-  refused("[rig]\nhfov_deg = 60\nfx_px = 500\n", {"rig.hfov_deg stands beside fx_px"});
+  refused("[rig]\nhfov_deg = 60\nfx_px = 500\n", {"rig.hfov_deg cannot be combined with fx_px"});
   refused("[rig]\nhfov_deg = 180\n", {"rig.hfov_deg = 180 is out of range"});
   refused("[rig]\npitch_down_deg = -30\n",
           {"scene.toml:2: rig.pitch_down_deg = -30: the cameras see no ground"});
@@ -396,20 +396,20 @@ void test_refuses_impossible_rigs(void**) {
 
 void test_refuses_impossible_traverses(void**) {
   refused("[traverse]\nkind = 'spiral'\n",
-          {"scene.toml:2: traverse.kind = 'spiral' is no known kind", "stop_and_go"});
-  refused("[traverse]\nlength_m = 0\n", {"scene.toml:2: traverse.length_m = 0 is no drive"});
-  refused("[traverse]\nlength_m = 0.05\n", {"no drive with steps of 0.06 m"});
+          {"scene.toml:2: traverse.kind = 'spiral' is not a known kind", "stop_and_go"});
+  refused("[traverse]\nlength_m = 0\n", {"scene.toml:2: traverse.length_m = 0 is too short"});
+  refused("[traverse]\nlength_m = 0.05\n", {"too short for steps of 0.06 m"});
   refused("[traverse]\nlength_m = -1\n", {"out of range"});
   refused("[traverse]\nstep_m = 0\n", {"traverse.step_m = 0 is out of range"});
   refused("[traverse]\nlength_m = 9000\nstep_m = 0.001\n",
           {"scene.toml:3: traverse.step_m = 0.001: 9000000 frames"});
   refused("[traverse]\nradius_m = 0.1\n", {"traverse.radius_m = 0.1 is too tight"});
-  refused("[traverse]\nstart_x_m = 3\n", {"start_y_m go together"});
-  refused("[traverse]\nstart_y_m = 3\n", {"scene.toml:2", "go together"});
+  refused("[traverse]\nstart_x_m = 3\n", {"start_y_m must be given together"});
+  refused("[traverse]\nstart_y_m = 3\n", {"scene.toml:2", "must be given together"});
   refused("[traverse]\nkind = 'straight'\n",
           {"scene.toml:2: traverse.length_m leads out of the site", "enlarge [site]"});
   refused("[traverse]\nkind = 'straight'\nlength_m = 70\n",
-          {"to the edge of the site", "margin_m asks for 4"});
+          {"to the edge of the site", "margin_m requires 4"});
   static_cast<void>(scene_from("[traverse]\nkind = 'straight'\nlength_m = 68.8\nstep_m = 0.1\n"));
   refused("[site]\nsize_m = 20\n", {"scene.toml: traverse.length_m leads out of the site"});
   refused("[traverse]\nlength_m = 20\nstart_x_m = 500\nstart_y_m = -10\n",
@@ -420,19 +420,20 @@ void test_refuses_impossible_traverses(void**) {
   Sets slipping = narrow;
   slipping.push_back("traverse.slip_sideways=0.5");
   refused_set(slipping, {"to the edge of the site"});
-  refused_set({"traverse.kind=point_turn", "traverse.length_m=0", "traverse.turn_deg=0"}, {"no drive"});
+  refused_set({"traverse.kind=point_turn", "traverse.length_m=0", "traverse.turn_deg=0"},
+              {"is too short for steps"});
   static_cast<void>(load_scene({}, {"traverse.kind=point_turn", "traverse.length_m=0"}));
 }
 
 void test_refuses_bad_settings(void**) {
-  refused_set({"traverse.length_m"}, {"--set traverse.length_m: wants section.key=value"});
-  refused_set({"=3"}, {"wants section.key=value"});
-  refused_set({"a.b=1\nc.d=2"}, {"wants section.key=value"});
+  refused_set({"traverse.length_m"}, {"--set traverse.length_m: expected section.key=value"});
+  refused_set({"=3"}, {"expected section.key=value"});
+  refused_set({"a.b=1\nc.d=2"}, {"expected section.key=value"});
   refused_set({"traverse..x=1"}, {"not TOML"});
   refused_set({"rocks.k=it's"}, {"not TOML"});
-  refused_set({"rocks.k=much"}, {"--set rocks.k=much: rocks.k is text; it wants a number"});
+  refused_set({"rocks.k=much"}, {"--set rocks.k=much: rocks.k is text; it must be a number"});
   refused_set({"rocks.k=0.5"}, {"--set rocks.k=0.5: rocks.k = 0.5 is out of range"});
-  refused_set({"rocks=0.5"}, {"--set rocks=0.5: rocks is a number; it is a section"});
+  refused_set({"rocks=0.5"}, {"--set rocks=0.5: rocks is a number; it must be a section"});
 }
 
 }  // namespace
