@@ -17,4 +17,11 @@ class ToolError : public std::runtime_error {
       : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
 };
 
+/// Throws ToolError where `value` is not within `least` to `most`, or is NaN.
+template <typename Number>
+void check_range(const std::string& option, Number value, Number least, Number most) {
+  if (!(value >= least && value <= most))
+    throw ToolError("{}: {} is out of range; give {} to {}", option, value, least, most);
+}
+
 }  // namespace cairn::ground

@@ -29,11 +29,8 @@ struct Quantised {
 };
 
 void check_extent(const MapExtent& extent, double quantum_m) {
-  const double least_m = cmap::kMinQuantum / kMicrometresPerMetre;
-  const double most_m = cmap::kMaxQuantum / kMicrometresPerMetre;
-  if (!(quantum_m >= least_m && quantum_m <= most_m)) {
-    throw ToolError("--quantum: {} m is out of range; choose {} to {}", quantum_m, least_m, most_m);
-  }
+  check_range("--quantum", quantum_m, cmap::kMinQuantum / kMicrometresPerMetre,
+              cmap::kMaxQuantum / kMicrometresPerMetre);
   for (const double c : {extent.min_x_m, extent.min_y_m, extent.max_x_m, extent.max_y_m}) {
     if (!(std::fabs(c) <= cmap::kMaxCoordinate)) {
       throw ToolError(

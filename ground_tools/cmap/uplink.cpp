@@ -157,14 +157,10 @@ void fit_budget(const Job& job, Cut& cut) {
 }
 
 void check(const UplinkParams& params) {
-  const auto within = [](const char* option, double value, double least, double most) {
-    if (!(value >= least && value <= most))
-      throw ToolError("{}: {} is out of range; give {} to {}", option, value, least, most);
-  };
-  within("--width", params.half_width_m, 0.1, 10000.0);
-  within("--drift", 100.0 * params.drift, 0.0, 100.0);
-  within("--fix-every", params.fix_every_m, 0.0, 1e6);
-  if (params.tile_m != 0.0) within("--tile", params.tile_m, 0.1, 1e6);
+  check_range("--width", params.half_width_m, 0.1, 10000.0);
+  check_range("--drift", 100.0 * params.drift, 0.0, 100.0);
+  check_range("--fix-every", params.fix_every_m, 0.0, 1e6);
+  if (params.tile_m != 0.0) check_range("--tile", params.tile_m, 0.1, 1e6);
 }
 
 /// The base's grid must be one that the map's cells fall on: else no tile would come out the same.

@@ -41,10 +41,7 @@ std::uint32_t chunks_of(const UploadPlan& plan) {
 
 Upload make_upload(UploadKind kind, std::vector<std::uint8_t> bytes, std::vector<TilePiece> pieces,
                    std::size_t chunk_bytes) {
-  if (chunk_bytes < chunk::kMinDataBytes || chunk_bytes > app::kMaxChunkDataBytes) {
-    throw ToolError("--chunk: {} bytes are out of range; give {} to {}", chunk_bytes, chunk::kMinDataBytes,
-                    app::kMaxChunkDataBytes);
-  }
+  check_range<std::size_t>("--chunk", chunk_bytes, chunk::kMinDataBytes, app::kMaxChunkDataBytes);
   Upload upload;
   upload.plan.kind = static_cast<std::uint8_t>(kind);
   upload.plan.id = crc32(bytes.data(), bytes.size());

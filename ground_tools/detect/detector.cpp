@@ -51,12 +51,6 @@ TableBoulder boulder_of(const Component& c, const GeoTransform& geo) {
   return b;
 }
 
-void check_range(const char* option, double value, double least, double most) {
-  if (!(value >= least && value <= most)) {
-    throw ToolError("{}: {} is out of range; choose {} to {}", option, value, least, most);
-  }
-}
-
 int whole_pixels(double length_m, double pixel_m) {
   return static_cast<int>(std::lround(std::min(length_m / pixel_m, 1e8)));  // more than any image is wide
 }
@@ -75,7 +69,7 @@ void check(const DetectorParams& params) {
   check_range("--noise-sigmas", params.noise_sigmas, 0.0, 100.0);
   check_range("--median", params.median_m, 1e-4, 1e3);
   check_range("--min-area", params.min_area_m2, 0.0, 1e6);
-  check_range("--min-area-px", params.min_area_px, 1, 1e9);
+  check_range("--min-area-px", params.min_area_px, 1, 1000000000);
 }
 
 std::string to_text(const DetectorParams& params) {

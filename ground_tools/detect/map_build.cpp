@@ -38,11 +38,8 @@ std::string text_of(const RasterFacts& facts, const Detection& detection, const 
 }
 
 void check_settings(const BuildSettings& settings) {
-  if (settings.tile_px != 0 && (settings.tile_px < kLeastTilePx || settings.tile_px > kMostTilePx))
-    throw ToolError("--tile: {} is out of range; choose {} to {}", settings.tile_px, kLeastTilePx,
-                    kMostTilePx);
-  if (settings.threads < 0 || settings.threads > kMostThreads)
-    throw ToolError("--threads: {} is out of range; choose 1 to {}", settings.threads, kMostThreads);
+  if (settings.tile_px != 0) check_range("--tile", settings.tile_px, kLeastTilePx, kMostTilePx);
+  if (settings.threads != 0) check_range("--threads", settings.threads, 1, kMostThreads);
 }
 
 }  // namespace

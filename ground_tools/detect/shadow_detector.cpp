@@ -266,16 +266,12 @@ constexpr double kMostSize_px = 1.35 * kFitMostAcross_px;
 }  // namespace
 
 void check(const ShadowParams& params) {
-  const auto range = [](const char* name, double value, double least, double most) {
-    if (!(value >= least && value <= most))
-      throw ToolError("{}: {} is out of range; choose {} to {}", name, value, least, most);
-  };
-  range("--min-diameter", params.min_diameter_m, 0.0, 1e3);
-  range("--max-diameter", params.max_diameter_m, 1e-3, 1e4);
-  range("least diameter in pixels", params.min_diameter_px, 3.0, 100.0);
-  range("largest diameter in pixels", params.max_diameter_px, 16.0, 1024.0);
-  range("--seed-contrast", params.seed_contrast, 0.01, 0.9);
-  range("--min-confidence", params.min_confidence, 0.0, 1.0);
+  check_range("--min-diameter", params.min_diameter_m, 0.0, 1e3);
+  check_range("--max-diameter", params.max_diameter_m, 1e-3, 1e4);
+  check_range("least diameter in pixels", params.min_diameter_px, 3.0, 100.0);
+  check_range("largest diameter in pixels", params.max_diameter_px, 16.0, 1024.0);
+  check_range("--seed-contrast", params.seed_contrast, 0.01, 0.9);
+  check_range("--min-confidence", params.min_confidence, 0.0, 1.0);
 }
 
 std::string to_text(const ShadowParams& params, const Sun& sun) {

@@ -74,8 +74,7 @@ void read_model(const std::filesystem::path& path, ForecastModel& model) {
 void check_model(const ForecastModel& model, const std::string& whose) {
   ForecastModel m = model;
   const Visit check = [&](const Parameter& p) {
-    if (!(p.value >= p.low && p.value <= p.high))
-      throw ToolError("{}: {} = {} is out of range; give {} to {}", whose, p.name, p.value, p.low, p.high);
+    check_range(fmt::format("{}: {}", whose, p.name), p.value, p.low, p.high);
   };
   visit_detection(m, check);
   visit_others(m, check);

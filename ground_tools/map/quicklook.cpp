@@ -294,8 +294,7 @@ void write_png(const std::filesystem::path& path, const Picture& picture,
 QuicklookFacts write_quicklook(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
                                const MapExtent& extent, const std::string& reference_system,
                                const QuicklookParams& params) {
-  if (params.max_side_px < 100 || params.max_side_px > 10000)
-    throw ToolError("--max-side: {} is out of range; choose 100 to 10000 pixels", params.max_side_px);
+  check_range("--max-side", params.max_side_px, 100, 10000);
   if (!(extent.max_x_m > extent.min_x_m && extent.max_y_m > extent.min_y_m))
     throw ToolError("{}: the map covers no area; there is nothing to show", path.string());
   Picture picture = params.ortho.empty() ? plain_picture(extent, params.max_side_px)

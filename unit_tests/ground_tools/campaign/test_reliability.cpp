@@ -205,7 +205,7 @@ void test_model_files(void**) {
   refused("{\"detection\": {\"hlaf_m\": 2}}", "unknown key 'hlaf_m'");
   refused("{\"clutter_per_m2\": \"2\"}", "must be a number");
   refused("{\"clutter_per_m2\": -1}", "out of range");
-  refused("{\"detection\": {\"most\": 1.5}}", "most = 1.5 is out of range");
+  refused("{\"detection\": {\"most\": 1.5}}", "most: 1.5 is out of range");
   refused("{\"detection\": 3}", "unknown key 'detection'");
 }
 

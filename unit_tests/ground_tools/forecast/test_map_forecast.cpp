@@ -149,7 +149,7 @@ void test_refusals_of_the_command(void**) {
   test::check_refusal(scratch, "map forecast " + map + " --path nowhere.csv", "nowhere.csv", "");
   test::check_refusal(scratch, begin + " --mission venus", "'venus'", "build with MISSION=venus");
   test::check_refusal(scratch, begin + " --model nowhere.json", "nowhere.json", "");
-  test::check_refusal(scratch, begin + " --detect-most 2", "most = 2 is out of range", "give 0.001 to 1");
+  test::check_refusal(scratch, begin + " --detect-most 2", "most: 2 is out of range", "give 0.001 to 1");
   test::check_refusal(scratch, begin + " --step 0", "--step", "");
   test::check_refusal(scratch, begin + " --blind-below 2", "--blind-below", "");
   test::check_refusal(scratch, begin + " --csv /nowhere/a.csv", "/nowhere/a.csv", "");
