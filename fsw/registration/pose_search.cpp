@@ -347,15 +347,29 @@ void PoseSearchJob::refined() {
   start_refining();
 }
 
+/// The best pose outside the prior's reach; true where it would have been accepted, had the prior allowed it.
+bool PoseSearchJob::look_elsewhere() {
+  double second = -1.0e3;
+  for (const Evidence& d : decoys_) {
+    if (d.S > result_.elsewhere.S) {
+      second = result_.elsewhere.log_ratio;
+      result_.elsewhere = d;
+    } else if (d.log_ratio > second) {
+      second = d.log_ratio;
+    }
+  }
+  return result_.elsewhere.log_ratio >= params_.verdict.ln_threshold &&
+         result_.elsewhere.log_ratio - second >= params_.verdict.second_margin;
+}
+
 void PoseSearchJob::conclude() {
   status_ = SearchStatus::kDone;
   SearchResult& r = result_;
-  for (const Evidence& d : decoys_) {
-    if (d.S > r.elsewhere.S) r.elsewhere = d;
-  }
+  const bool elsewhere = look_elsewhere();
   if (weighed_.empty()) {
-    const bool there = r.elsewhere.log_ratio >= params_.verdict.ln_threshold;
-    r.verdict.status = there ? VerdictStatus::kInconsistentWithPrior : VerdictStatus::kNoHypothesis;
+    r.verdict.status = elsewhere ? VerdictStatus::kInconsistentWithPrior : VerdictStatus::kNoHypothesis;
+    r.verdict.log_ratio = evidence_of_misses(sightings_.size());
+    r.verdict.chance_log = 0.0;
     return;
   }
   std::size_t first = 0;
@@ -378,6 +392,10 @@ void PoseSearchJob::conclude() {
   }
   r.decoys = static_cast<int>(decoys.scores.size());
   r.verdict = judge(params_.verdict, r.best, second, prior_, decoys);
+  if (elsewhere && r.verdict.status != VerdictStatus::kAccepted &&
+      r.elsewhere.S > r.best.S + params_.verdict.second_margin) {
+    r.verdict.status = VerdictStatus::kInconsistentWithPrior;
+  }
   r.density = ground_.density(r.best.pose.x_m, r.best.pose.y_m);
   r.covariance = r.best.covariance.topLeftCorner<3, 3>();
   r.scale = r.best.pose.scale;

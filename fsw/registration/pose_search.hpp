@@ -10,6 +10,9 @@
 /// reach, are refined and weighed (EvidenceJob); then judge(). No luck is needed: a true pair among the pairs
 /// looked at is enough, and of 64 pairs of boulders of which half are true, none is with probability 1e-8.
 ///
+/// Where the prior's reach holds nothing acceptable, and the ring around it a pose that would have been accepted
+/// there, unique and second_margin better, the verdict is kInconsistentWithPrior, and `elsewhere` that pose.
+///
 /// Distinct: the local map's middle farther than 4 s apart, or turned by more than 4 s over its rms radius.
 ///
 /// Room. The map window must hold the local map wherever the search looks: window radius at least 4 sigma and
@@ -114,6 +117,7 @@ class PoseSearchJob {
   bool inside(const Hypothesis& pose) const;
   void start_refining();
   void refined();
+  bool look_elsewhere();
   void conclude();
 
   PoseSearchParams params_;

@@ -30,7 +30,22 @@ bool log_det(const Mat4& m, double& out) {
   return true;
 }
 
+/// ln of the mean of exp.
+double mean_over_shares(const double (&sums)[kShareCount]) {
+  double most = sums[0];
+  for (const double sum : sums) most = sum > most ? sum : most;
+  double mean = 0.0;
+  for (const double sum : sums) mean += exp(sum - most) / kShareCount;
+  return most + ln(mean);
+}
+
 }  // namespace
+
+double evidence_of_misses(std::size_t count) {
+  double sums[kShareCount] = {};
+  for (int k = 0; k < kShareCount; ++k) sums[k] = static_cast<double>(count) * ln(1.0 - kShares[k]);
+  return mean_over_shares(sums);
+}
 
 bool params_are_good(const EvidenceParams& p) {
   return in_range(p.sigma_pair_m, 1.0e-3, 10.0) &&
@@ -263,21 +278,12 @@ void EvidenceJob::multiply(int share) {
   sums_[share] = sum;
 }
 
-/// S: the logarithm of the mean over the shares.
-double EvidenceJob::evidence() const {
-  double most = sums_[0];
-  for (const double sum : sums_) most = sum > most ? sum : most;
-  double mean = 0.0;
-  for (const double sum : sums_) mean += exp(sum - most) / kShareCount;
-  return most + ln(mean);
-}
-
 void EvidenceJob::weigh() {
   const Mat4 prior = prior_information();
   const Vec4 off = from_prior();
   Evidence& r = result_;
   r.pose = pose_;
-  r.S = evidence();
+  r.S = mean_over_shares(sums_);
   const Vec4 held = prior * off;
   r.chi2 = off.dot(held);
   r.matched = sum_w_;

@@ -154,7 +154,6 @@ class EvidenceJob {
   Vec4 from_prior() const;
   void assign();
   void multiply(int share);
-  double evidence() const;
   void weigh();
 
   EvidenceParams params_;
@@ -180,6 +179,9 @@ class EvidenceJob {
   std::uint16_t owner_[cfg::kMaxMapWindowBoulders] = {};
   Evidence result_;
 };
+
+/// S of `count` local boulders that agree with nothing.
+double evidence_of_misses(std::size_t count);
 
 // ---- the verdict ------------------------------------------------------------------------------------------
 

@@ -156,7 +156,7 @@ void test_a_wrong_claim_is_told(void**) {
   World world;
   lay(random, world, Vec2(1.5, 0.0));
   assert_status(run(world, Vec2(1.5, 0.0), 0.0, covariance(0.1, 0.02)), SearchStatus::kDone);
-  assert_true(job.result().verdict.status != VerdictStatus::kAccepted);
+  assert_status(job.result().verdict.status, VerdictStatus::kInconsistentWithPrior);
   const Evidence& e = job.result().elsewhere;
   assert_near(e.pose.x_m, -1.5, 0.1);
   assert_true(e.log_ratio > 20.0);
