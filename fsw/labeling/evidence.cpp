@@ -54,25 +54,25 @@ struct PlaneSums {
 
 }  // namespace
 
-EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const RegionBoxes& regions,
+RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params, const RegionBoxes& regions,
                                   SurfacePoints& points) {
   params_ = params;
   regions_ = &regions;
   points_ = &points;
   next_ = 0;
   boulders_ = untested_ = 0;
-  if (points.empty()) return status_ = EvidenceStatus::kNoPoints;
+  if (points.empty()) return status_ = RegionEvidenceStatus::kNoPoints;
   std::size_t i = 0;
   for (int v = 0; v <= cfg::kImageHeight; ++v) {
     while (i < points.size() && points[i].v < v) ++i;
     row_begin_[v] = static_cast<std::uint16_t>(i);
   }
   for (SurfacePoint& p : points) p.raised = false;
-  return status_ = EvidenceStatus::kRunning;
+  return status_ = RegionEvidenceStatus::kRunning;
 }
 
-Progress EvidenceJob::step(WorkBudget& budget) {
-  if (status_ != EvidenceStatus::kRunning) return Progress::kDone;
+Progress RegionEvidenceJob::step(WorkBudget& budget) {
+  if (status_ != RegionEvidenceStatus::kRunning) return Progress::kDone;
   for (; next_ < regions_->size(); ++next_) {
     const RegionBox wide = widen((*regions_)[next_], 0.5, 12);
     const auto points =
@@ -80,15 +80,15 @@ Progress EvidenceJob::step(WorkBudget& budget) {
     if (!budget.take(50U + 40U * points)) return Progress::kMore;
     judge((*regions_)[next_]);
   }
-  status_ = EvidenceStatus::kDone;
+  status_ = RegionEvidenceStatus::kDone;
   return Progress::kDone;
 }
 
-std::size_t EvidenceJob::first_at_or_below(int v) const {
+std::size_t RegionEvidenceJob::first_at_or_below(int v) const {
   return row_begin_[v < 0 ? 0 : (v > cfg::kImageHeight ? cfg::kImageHeight : v)];
 }
 
-void EvidenceJob::judge(const RegionBox& region) {
+void RegionEvidenceJob::judge(const RegionBox& region) {
   const RegionBox wide = widen(region, 0.5, 12);
   const RegionBox near = widen(region, 0.25, 6);
   const std::size_t begin = first_at_or_below(near.v_min);
@@ -127,7 +127,7 @@ void EvidenceJob::judge(const RegionBox& region) {
   }
 }
 
-void EvidenceJob::gather_ground(const RegionBox& widened, std::uint8_t label) {
+void RegionEvidenceJob::gather_ground(const RegionBox& widened, std::uint8_t label) {
   const std::size_t end = first_at_or_below(widened.v_max + 1);
   ground_.clear();
   for (std::size_t i = first_at_or_below(widened.v_min); i < end; ++i) {
@@ -137,13 +137,13 @@ void EvidenceJob::gather_ground(const RegionBox& widened, std::uint8_t label) {
   }
 }
 
-int EvidenceJob::points_of(std::uint8_t label, std::size_t begin, std::size_t end) const {
+int RegionEvidenceJob::points_of(std::uint8_t label, std::size_t begin, std::size_t end) const {
   int count = 0;
   for (std::size_t i = begin; i < end; ++i) count += (*points_)[i].label == label ? 1 : 0;
   return count;
 }
 
-void EvidenceJob::fit_ground(Plane& plane) const {
+void RegionEvidenceJob::fit_ground(Plane& plane) const {
   plane = {};
   const SurfacePoint* points = points_->data();
   for (const std::uint16_t i : ground_) {

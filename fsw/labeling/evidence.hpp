@@ -47,7 +47,7 @@ struct RegionBox {
 };
 using RegionBoxes = FixedVector<RegionBox, cfg::kMaxLabels>;
 
-struct EvidenceParams {
+struct RegionEvidenceParams {
   bool test_height = true;  ///< false: the paper's regions as they are
   double min_height_m = cfg::kMission.boulder_min_height_m;
   double min_top_m = cfg::kMission.boulder_min_top_m;
@@ -56,20 +56,20 @@ struct EvidenceParams {
   double plane_scale_m = 0.015;  ///< s above: roughness of ground that is no boulder
 };
 
-enum class CAIRN_NODISCARD EvidenceStatus : std::uint8_t {
+enum class CAIRN_NODISCARD RegionEvidenceStatus : std::uint8_t {
   kIdle,
   kRunning,
   kDone,
   kNoPoints,  ///< no surface point: nothing can be said
 };
 
-class EvidenceJob {
+class RegionEvidenceJob {
  public:
   /// `points` is borrowed until done and gets its `raised` set.
-  EvidenceStatus start(const EvidenceParams& params, const RegionBoxes& regions, SurfacePoints& points);
+  RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions, SurfacePoints& points);
   /// Unit: one region.
   Progress step(WorkBudget& budget);
-  EvidenceStatus status() const { return status_; }
+  RegionEvidenceStatus status() const { return status_; }
   /// Regions that passed.
   int boulders() const { return boulders_; }
   /// Regions left out for want of ground points around them.
@@ -86,8 +86,8 @@ class EvidenceJob {
   int points_of(std::uint8_t label, std::size_t begin, std::size_t end) const;
   void fit_ground(Plane& plane) const;
 
-  EvidenceStatus status_ = EvidenceStatus::kIdle;
-  EvidenceParams params_;
+  RegionEvidenceStatus status_ = RegionEvidenceStatus::kIdle;
+  RegionEvidenceParams params_;
   const RegionBoxes* regions_ = nullptr;
   SurfacePoints* points_ = nullptr;
   std::size_t next_ = 0;

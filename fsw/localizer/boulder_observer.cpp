@@ -117,7 +117,7 @@ void BoulderObserver::begin_evidence() {
     boxes_.append({r.label, static_cast<std::int16_t>(r.u_min_px), static_cast<std::int16_t>(r.u_max_px),
                    static_cast<std::int16_t>(r.v_min_px), static_cast<std::int16_t>(r.v_max_px)});
   }
-  if (evidence_.start(params_.evidence, boxes_, surface_) != EvidenceStatus::kRunning) {
+  if (evidence_.start(params_.evidence, boxes_, surface_) != RegionEvidenceStatus::kRunning) {
     finish(ObserveStatus::kNoPoints);
     return;
   }

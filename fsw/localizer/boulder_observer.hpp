@@ -29,7 +29,7 @@ enum class BoulderCentre : std::uint8_t { kMean, kFootprint };
 struct BoulderParams {
   SegmentationParams segmentation;
   StereoProbeParams probe;
-  EvidenceParams evidence;
+  RegionEvidenceParams evidence;
   ClusteringParams clustering{Linkage::kSingle, cfg::kMission.boulder_cut_m};
   BoulderCentre centre = BoulderCentre::kFootprint;
   double max_range_m = cfg::kMission.boulder_max_range_m;
@@ -125,7 +125,7 @@ class BoulderObserver {
   StereoProbeJob probe_;
   RegionBoxes boxes_;
   SurfacePoints surface_;
-  EvidenceJob evidence_;
+  RegionEvidenceJob evidence_;
   ClusterPoints raised_;
   FixedVector<std::uint16_t, cfg::kMaxClusterPoints> raised_surface_;  ///< index in surface_
   ClusteringJob clustering_;

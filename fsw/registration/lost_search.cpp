@@ -546,7 +546,7 @@ void LostSearch::keep() {
                     fit_.y + map_->origin_map_m().y() - (r.sin * m.x() + r.cos * m.y()), fit_.yaw};
   if (!inside_region()) return;
   // In the place of the same pose, if that is worse; else in its order.
-  const auto position = [&](const SearchHit& h) { return h.T_map_site * m; };
+  const auto position = [&](const SearchHit& h) -> Vec2 { return h.T_map_site * m; };
   const Vec2 here = position(hit);
   for (std::size_t i = 0; i < hits_.size(); ++i) {
     const bool same = (position(hits_[i]) - here).squaredNorm() < kSameM * kSameM &&

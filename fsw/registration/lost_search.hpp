@@ -79,7 +79,7 @@ struct SearchHit {
 
 class LostSearch {
  public:
-  static constexpr std::size_t kHits = 6;
+  static constexpr std::size_t kHits = 12;
 
   /// `map` is borrowed until done. `pivot_site_m`: the rover, whose place the region speaks of.
   LostStatus start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,

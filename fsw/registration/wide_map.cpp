@@ -17,6 +17,18 @@ std::uint32_t bits_set(std::uint32_t word) {
   return (((word + (word >> 4U)) & 0x0F0F0F0FU) * 0x01010101U) >> 24U;
 }
 
+/// Goes over items from the cursor to `end`, `unit` of them at a time, at `ops` each. False: the budget ran out.
+template <typename Work>
+bool each(WorkBudget& budget, std::uint32_t& cursor, std::uint32_t end, std::uint32_t unit, std::uint32_t ops,
+          Work&& work) {
+  while (cursor < end) {
+    const std::uint32_t stop = end - cursor < unit ? end : cursor + unit;
+    if (!budget.take(ops * (stop - cursor))) return false;
+    for (; cursor < stop; ++cursor) work(cursor);
+  }
+  return true;
+}
+
 int at_most(int value, int limit) { return value < limit ? value : limit; }
 
 }  // namespace
@@ -111,83 +123,60 @@ void WideMap::lay_raster() {
 }
 
 Progress WideMap::step(WorkBudget& budget) {
-  const auto count = static_cast<std::uint32_t>(points_.size());
-  const auto buckets = [&] { return static_cast<std::uint32_t>(columns_ * rows_); };
-  // Phases that go over the boulders, or over something else, a unit at a time; true when through.
-  const auto each = [&](std::uint32_t end, std::uint32_t unit, std::uint32_t ops, auto&& work) {
-    while (cursor_ < end) {
-      const std::uint32_t stop = end - cursor_ < unit ? end : cursor_ + unit;
-      if (!budget.take(ops * (stop - cursor_))) return false;
-      for (; cursor_ < stop; ++cursor_) work(cursor_);
-    }
-    cursor_ = 0;
-    return true;
-  };
+  if (phase_ == Phase::kFilling) {
+    lay_grid();
+    lay_raster();
+    phase_ = Phase::kClear;
+  }
   while (phase_ != Phase::kReady) {
-    switch (phase_) {
-      case Phase::kFilling:
-        lay_grid();
-        lay_raster();
-        phase_ = Phase::kClear;
-        break;
-      case Phase::kClear:
-        if (!each(kWords, kWordsPerUnit, 1, [&](std::uint32_t k) {
-              raster_[k] = 0;
-              if (k < kMaxBuckets + 2) begin_[k] = 0;
-            })) {
-          return Progress::kMore;
-        }
-        phase_ = Phase::kCount;
-        break;
-      case Phase::kCount:
-        if (!each(count, kBouldersPerUnit, 50, [&](std::uint32_t k) {
-              std::uint16_t& n = begin_[bucket_of(points_[k]) + 2];
-              n = static_cast<std::uint16_t>(n + 1);
-            })) {
-          return Progress::kMore;
-        }
-        phase_ = Phase::kSum;
-        break;
-      case Phase::kSum:
-        // Afterwards begin_[k + 1] is where bucket k starts; placing moves it on to where it ends.
-        if (!each(buckets(), kWordsPerUnit, 2, [&](std::uint32_t k) {
-              begin_[k + 2] = static_cast<std::uint16_t>(begin_[k + 2] + begin_[k + 1]);
-            })) {
-          return Progress::kMore;
-        }
-        phase_ = Phase::kPlace;
-        break;
-      case Phase::kPlace:
-        if (!each(count, kBouldersPerUnit, 50, [&](std::uint32_t k) {
-              std::uint16_t& at = begin_[bucket_of(points_[k]) + 1];
-              by_bucket_[at] = static_cast<std::uint16_t>(k);
-              at = static_cast<std::uint16_t>(at + 1);
-            })) {
-          return Progress::kMore;
-        }
-        phase_ = Phase::kRaster;
-        break;
-      case Phase::kRaster: {
-        const double across = 2.0 * reach_m_ / cell_m_ + 2.0;
-        const auto cells = static_cast<std::uint32_t>(across * across < 1.0e4 ? across * across : 1.0e4);
-        if (!each(count, kBouldersPerUnit, 20 + 4 * cells,
-                  [&](std::uint32_t k) { raster_unit(points_[k]); })) {
-          return Progress::kMore;
-        }
-        phase_ = Phase::kBlocks;
-        break;
-      }
-      case Phase::kBlocks:
-        if (!each(static_cast<std::uint32_t>(blocks_x_ * blocks_y_), 8, 20 * kBlockCells,
-                  [&](std::uint32_t k) { block_unit(k); })) {
-          return Progress::kMore;
-        }
-        phase_ = Phase::kReady;
-        break;
-      case Phase::kReady: break;
-    }
+    if (!run_phase(budget)) return Progress::kMore;
+    cursor_ = 0;
+    phase_ = static_cast<Phase>(static_cast<std::uint8_t>(phase_) + 1);
   }
   return Progress::kDone;
+}
+
+/// False: the budget ran out first.
+bool WideMap::run_phase(WorkBudget& budget) {
+  const auto count = static_cast<std::uint32_t>(points_.size());
+  switch (phase_) {
+    case Phase::kClear:
+      return each(budget, cursor_, kWords, kWordsPerUnit, 1, [&](std::uint32_t k) {
+        raster_[k] = 0;
+        if (k < kMaxBuckets + 2) begin_[k] = 0;
+      });
+    case Phase::kCount:
+      return each(budget, cursor_, count, kBouldersPerUnit, 50, [&](std::uint32_t k) {
+        std::uint16_t& n = begin_[bucket_of(points_[k]) + 2];
+        n = static_cast<std::uint16_t>(n + 1);
+      });
+    case Phase::kSum:
+      // Afterwards begin_[k + 1] is where bucket k starts; placing moves it on to where it ends.
+      return each(budget, cursor_, static_cast<std::uint32_t>(columns_ * rows_), kWordsPerUnit, 2,
+                  [&](std::uint32_t k) {
+                    begin_[k + 2] = static_cast<std::uint16_t>(begin_[k + 2] + begin_[k + 1]);
+                  });
+    case Phase::kPlace:
+      return each(budget, cursor_, count, kBouldersPerUnit, 50, [&](std::uint32_t k) {
+        std::uint16_t& at = begin_[bucket_of(points_[k]) + 1];
+        by_bucket_[at] = static_cast<std::uint16_t>(k);
+        at = static_cast<std::uint16_t>(at + 1);
+      });
+    case Phase::kRaster:
+      return each(budget, cursor_, count, kBouldersPerUnit, 20 + 4 * cells_of_boulder(),
+                  [&](std::uint32_t k) { raster_unit(points_[k]); });
+    case Phase::kBlocks:
+      return each(budget, cursor_, static_cast<std::uint32_t>(blocks_x_ * blocks_y_), 8, 20 * kBlockCells,
+                  [&](std::uint32_t k) { block_unit(k); });
+    case Phase::kFilling:
+    case Phase::kReady: break;
+  }
+  return true;
+}
+
+std::uint32_t WideMap::cells_of_boulder() const {
+  const double across = 2.0 * reach_m_ / cell_m_ + 2.0;
+  return static_cast<std::uint32_t>(across * across < 1.0e4 ? across * across : 1.0e4);
 }
 
 void WideMap::raster_unit(const Point& p) {

@@ -98,6 +98,8 @@ class WideMap {
 
   int bucket_of(double at_m, int count) const;
   std::size_t bucket_of(const Point& p) const;
+  bool run_phase(WorkBudget& budget);
+  std::uint32_t cells_of_boulder() const;
   void lay_grid();
   void lay_raster();
   void raster_unit(const Point& p);

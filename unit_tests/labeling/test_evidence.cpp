@@ -9,7 +9,7 @@ using namespace cairn;
 
 namespace {
 
-EvidenceJob job;
+RegionEvidenceJob job;
 SurfacePoints points;
 SurfacePoints sliced_points;
 RegionBoxes regions;
@@ -64,11 +64,11 @@ void raise(int cu, int cv, int radius_px, double height_m, std::uint8_t label) {
   assert_true(regions.push_back({label, low(cu), high(cu), low(cv), high(cv)}));
 }
 
-void judge(const EvidenceParams& params = {}) {
-  assert_status(job.start(params, regions, points), EvidenceStatus::kRunning);
+void judge(const RegionEvidenceParams& params = {}) {
+  assert_status(job.start(params, regions, points), RegionEvidenceStatus::kRunning);
   WorkBudget all = WorkBudget::unlimited();
   assert_status(job.step(all), Progress::kDone);
-  assert_status(job.status(), EvidenceStatus::kDone);
+  assert_status(job.status(), RegionEvidenceStatus::kDone);
 }
 
 int raised_of(std::uint8_t label) {
@@ -123,7 +123,7 @@ void lift_block(double top_m, double others_m, int raised) {
 }
 
 void test_bounds_of_height(void**) {
-  const EvidenceParams params;
+  const RegionEvidenceParams params;
   constexpr double kHair = 1.0e-5;
   lift_block(params.min_top_m + kHair, params.min_height_m + kHair, 9);
   judge();
@@ -173,7 +173,7 @@ void test_paper_variant(void**) {
   raise(200, 200, 20, 0.10, 1);
   raise(350, 200, 20, 0.0, 2);
   at(225, 200).p_site_m.z() += 0.05;
-  EvidenceParams params;
+  RegionEvidenceParams params;
   params.test_height = false;
   judge(params);
   assert_int_equal(job.boulders(), 2);
@@ -222,7 +222,7 @@ void few_points(int count) {
 }
 
 void test_few_ground_points(void**) {
-  const EvidenceParams params;
+  const RegionEvidenceParams params;
   few_points(params.min_ground_points);
   judge();
   assert_int_equal(job.untested(), 0);
@@ -235,15 +235,15 @@ void test_few_ground_points(void**) {
 }
 
 void test_statuses(void**) {
-  static EvidenceJob fresh;
+  static RegionEvidenceJob fresh;
   WorkBudget all = WorkBudget::unlimited();
-  assert_status(fresh.status(), EvidenceStatus::kIdle);
+  assert_status(fresh.status(), RegionEvidenceStatus::kIdle);
   assert_status(fresh.step(all), Progress::kDone);
   points.clear();
   regions.clear();
-  assert_status(fresh.start({}, regions, points), EvidenceStatus::kNoPoints);
+  assert_status(fresh.start({}, regions, points), RegionEvidenceStatus::kNoPoints);
   assert_status(fresh.step(all), Progress::kDone);
-  assert_status(fresh.status(), EvidenceStatus::kNoPoints);
+  assert_status(fresh.status(), RegionEvidenceStatus::kNoPoints);
   lay_ground({});
   at(0, 0).raised = true;  // of the frame before
   judge();                 // no region
@@ -262,7 +262,7 @@ void test_slices_give_the_same(void**) {
   const int boulders = job.boulders();
   assert_true(boulders > 4 && boulders < 12);
   for (const std::uint32_t ops : {1U, 997U, 20011U}) {
-    assert_status(job.start({}, regions, sliced_points), EvidenceStatus::kRunning);
+    assert_status(job.start({}, regions, sliced_points), RegionEvidenceStatus::kRunning);
     int steps = 0;
     for (Progress progress = Progress::kMore; progress == Progress::kMore; ++steps) {
       WorkBudget budget(ops);

@@ -1,0 +1,217 @@
+#include "localizer/map_fix.hpp"
+
+#include <cmath>
+
+namespace cairn {
+namespace {
+
+MapFixStatus status_of(VerdictStatus verdict) {
+  switch (verdict) {
+    case VerdictStatus::kAccepted: return MapFixStatus::kAccepted;
+    case VerdictStatus::kInconsistentWithPrior: return MapFixStatus::kInconsistent;
+    case VerdictStatus::kTooLittleEvidence: return MapFixStatus::kTooLittleEvidence;
+    case VerdictStatus::kAmbiguous: return MapFixStatus::kAmbiguous;
+    case VerdictStatus::kChanceAgreement: return MapFixStatus::kChanceAgreement;
+    case VerdictStatus::kNone:
+    case VerdictStatus::kNoHypothesis: break;
+  }
+  return MapFixStatus::kNoHypothesis;
+}
+
+MapFixStatus status_of(SearchStatus search) {
+  switch (search) {
+    case SearchStatus::kRunning: return MapFixStatus::kRunning;
+    case SearchStatus::kNoMapBoulders: return MapFixStatus::kNoMapBoulders;
+    case SearchStatus::kNoLocalBoulders: return MapFixStatus::kNoLocalBoulders;
+    case SearchStatus::kNoSearchRoom: return MapFixStatus::kNoSearchRoom;
+    case SearchStatus::kIdle:
+    case SearchStatus::kDone:
+    case SearchStatus::kBadInput: break;
+  }
+  return MapFixStatus::kBadInput;
+}
+
+MapFixStatus status_of(RelocationStatus relocation) {
+  switch (relocation) {
+    case RelocationStatus::kRunning: return MapFixStatus::kRunning;
+    case RelocationStatus::kNotFound: return MapFixStatus::kNoHypothesis;
+    case RelocationStatus::kNoMap: return MapFixStatus::kNoMap;
+    case RelocationStatus::kMapTooLarge: return MapFixStatus::kNoSearchRoom;
+    case RelocationStatus::kTooFewBoulders: return MapFixStatus::kNoLocalBoulders;
+    case RelocationStatus::kIdle:
+    case RelocationStatus::kJudged:
+    case RelocationStatus::kBadInput: break;
+  }
+  return MapFixStatus::kBadInput;
+}
+
+/// The inverse of a symmetric positive definite matrix; false where it is none, or is so by a hair.
+bool inverse(const Mat3& m, Mat3& out) {
+  const Eigen::LLT<Mat3> llt(m);
+  if (llt.info() != Eigen::Success) return false;
+  out = llt.solve(Mat3::Identity());
+  for (int k = 0; k < 3; ++k) {
+    if (!(out(k, k) > 0.0 && out(k, k) < 1.0e12)) return false;
+  }
+  return true;
+}
+
+double farthest(const LocalMap& local, const Vec2& pivot_site_m) {
+  double far = 0.0;
+  for (const LocalBoulder& b : local) {
+    const double r = (b.p_site_m - pivot_site_m).norm();
+    far = r > far ? r : far;
+  }
+  return far;
+}
+
+}  // namespace
+
+void MapFix::begin(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
+                   const Pose2& T_map_site, const Vec2& pivot_site_m) {
+  params_ = params;
+  map_ = map;
+  local_ = local;
+  T_map_site_ = T_map_site;
+  pivot_site_m_ = pivot_site_m;
+  pivot_map_m_ = T_map_site * pivot_site_m;
+  result_ = {};
+}
+
+MapFixStatus MapFix::start_tracked(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
+                                   const Pose2& T_map_site, const Vec2& pivot_site_m,
+                                   const Mat3& covariance) {
+  begin(params, map, local, T_map_site, pivot_site_m);
+  prior_covariance_ = covariance;
+  phase_ = Phase::kWindow;
+  if (!map.usable()) return status_ = MapFixStatus::kNoMap;
+  if (local.size() < 2) return status_ = MapFixStatus::kNoLocalBoulders;
+  const double sigma = std::sqrt(covariance(0, 0) > covariance(1, 1) ? covariance(0, 0) : covariance(1, 1));
+  const Vec2 extent = map.extent_m();
+  const double density =
+      (map.count() + 1.0) / ((extent.x() + map.quantum_m()) * (extent.y() + map.quantum_m()));
+  const double radius = params.search.reach_sigmas * sigma + farthest(local, pivot_site_m) +
+                        params.search.ring / std::sqrt(density);
+  window_radius_m_ = radius > params.map_window_radius_m ? radius : params.map_window_radius_m;
+  window_.clear();
+  const bool reads = reader_.start(map, pivot_map_m_, window_radius_m_) == WindowStatus::kUsable;
+  return status_ = reads ? MapFixStatus::kRunning : MapFixStatus::kBadInput;
+}
+
+MapFixStatus MapFix::start_lost(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
+                                const Pose2& T_map_site, const Vec2& pivot_site_m,
+                                const SearchRegion& region) {
+  begin(params, map, local, T_map_site, pivot_site_m);
+  return relocate(region);
+}
+
+MapFixStatus MapFix::relocate(const SearchRegion& region) {
+  phase_ = Phase::kRelocate;
+  const RelocationParams params{params_.lost, params_.search.evidence, params_.search.verdict};
+  return status_ = status_of(relocation_.start(params, map_, local_, pivot_site_m_, region));
+}
+
+/// All that the prior leaves room for, as a disc and a sector.
+SearchRegion MapFix::region_of_prior() const {
+  const double reach = params_.search.reach_sigmas;
+  const double xy = std::sqrt(prior_covariance_(0, 0) + prior_covariance_(1, 1));
+  const double yaw = reach * std::sqrt(prior_covariance_(2, 2));
+  SearchRegion region;
+  region.anywhere = false;
+  region.centre_map_m = pivot_map_m_;
+  region.radius_m = reach * xy > 0.01 ? reach * xy : 0.01;
+  region.yaw_rad = T_map_site_.yaw_rad;
+  region.half_sector_rad = yaw > 0.01 ? (yaw < kPi ? yaw : kPi) : 0.01;
+  return region;
+}
+
+Progress MapFix::step(WorkBudget& budget) {
+  while (status_ == MapFixStatus::kRunning) {
+    switch (phase_) {
+      case Phase::kWindow:
+        if (read_window(budget) == Progress::kMore) return Progress::kMore;
+        break;
+      case Phase::kSearch:
+        if (search_.step(budget) == Progress::kMore) return Progress::kMore;
+        take_search();
+        break;
+      case Phase::kRelocate:
+        if (relocation_.step(budget) == Progress::kMore) return Progress::kMore;
+        take_relocation();
+        break;
+    }
+  }
+  return Progress::kDone;
+}
+
+Progress MapFix::read_window(WorkBudget& budget) {
+  MapReader::Chunk chunk;
+  for (;;) {
+    const Progress progress = reader_.step(budget, chunk);
+    for (const MapBoulder& b : chunk) {
+      if (window_.push_back(b)) continue;
+      status_ = relocate(region_of_prior());  // more than there is room for here
+      return Progress::kDone;
+    }
+    if (progress == Progress::kDone) break;
+    if (chunk.empty()) return Progress::kMore;
+  }
+  begin_search();
+  return Progress::kDone;
+}
+
+void MapFix::begin_search() {
+  result_.map_boulders = static_cast<std::uint16_t>(window_.size());
+  phase_ = Phase::kSearch;
+  status_ = status_of(search_.start(params_.search, window_, window_radius_m_, local_, T_map_site_,
+                                    pivot_site_m_, prior_covariance_));
+}
+
+void MapFix::take_search() {
+  const SearchResult& r = search_.result();
+  result_.scale = r.scale;
+  result_.rms_m = r.best.rms_m;
+  result_.pairs = r.best.matched;
+  result_.hypotheses = r.hypotheses;
+  result_.sightings = static_cast<std::uint16_t>(r.sightings);
+  Mat3 information;
+  if (!inverse(prior_covariance_, information)) {
+    status_ = MapFixStatus::kBadInput;
+    return;
+  }
+  const Hypothesis& pose = r.best.pose;
+  judged(r.verdict, Vec3(pose.x_m, pose.y_m, wrap_angle(pose.yaw_rad - T_map_site_.yaw_rad)), r.covariance,
+         information);
+}
+
+void MapFix::take_relocation() {
+  const std::uint32_t boulders = relocation_.map_boulders();
+  result_.map_boulders = static_cast<std::uint16_t>(boulders < 0xFFFFU ? boulders : 0xFFFFU);
+  result_.sightings = static_cast<std::uint16_t>(local_.size());
+  if (relocation_.status() != RelocationStatus::kJudged) {
+    status_ = status_of(relocation_.status());
+    return;
+  }
+  const RelocationResult& r = relocation_.result();
+  result_.rms_m = r.best.rms_m;
+  result_.pairs = r.best.matched;
+  result_.hypotheses = r.hypotheses;
+  const Vec2 moved = r.T_map_site * pivot_site_m_ - pivot_map_m_;
+  judged(r.verdict, Vec3(moved.x(), moved.y(), wrap_angle(r.T_map_site.yaw_rad - T_map_site_.yaw_rad)),
+         r.covariance, Mat3::Zero());
+}
+
+void MapFix::judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,
+                    const Mat3& prior_information) {
+  result_.verdict = verdict;
+  status_ = status_of(verdict.status);
+  if (status_ != MapFixStatus::kAccepted) return;
+  Mat3 information;
+  if (!inverse(with_prior, information) || !inverse(information - prior_information, result_.covariance)) {
+    status_ = MapFixStatus::kWeakGeometry;
+    return;
+  }
+  result_.offset = offset + result_.covariance * (prior_information * offset);
+}
+
+}  // namespace cairn

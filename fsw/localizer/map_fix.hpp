@@ -1,0 +1,114 @@
+/// One fix by the map, as a job: the orbital boulders near the rover are read, the pose is looked for, and
+/// the verdict says whether to believe it. Where the rover is lost, the same with the whole map.
+///
+///   kTracked  a Gaussian prior about the pose: window, registration/pose_search.hpp
+///   kLost     no prior: localizer/relocation.hpp
+///
+/// The window holds the local map wherever the prior leaves room for it, and a ring around that for decoys:
+///   radius = reach_sigmas sigma + farthest local boulder + ring / sqrt(density of the whole map), at least the
+///   mission's.
+/// Where it does not fit (a dense map, or a large sigma), the pose is looked for as when lost, in the disc
+/// and the sector that the prior leaves room for.
+///
+/// The result is what the map alone says, without the prior: a filter that weighs it against the pose must
+/// not count the prior twice. With C the covariance that came out with the prior P, and off the offset from
+/// the prior's mean,
+///   information J = C^-1 - P^-1,  offset = off + J^-1 P^-1 off.
+///
+/// Cost. Reading: 25 operations a boulder of the tiles that the window touches; then that of the parts.
+#pragma once
+
+#include <cstdint>
+
+#include "core/enum_count.hpp"
+#include "core/nodiscard.hpp"
+#include "localizer/relocation.hpp"
+#include "orbital_map/map_reader.hpp"
+#include "registration/pose_search.hpp"
+
+namespace cairn {
+
+enum class CAIRN_NODISCARD MapFixStatus : std::uint8_t {
+  kIdle,
+  kRunning,            ///< call step() again
+  kAccepted,           ///< the only one that may be fused
+  kNoMap,              ///< no usable orbital map
+  kNoMapBoulders,      ///< none near the rover
+  kNoLocalBoulders,    ///< too few to register
+  kNoSearchRoom,       ///< the map holds more boulders there than there is room for
+  kNoHypothesis,       ///< nothing in reach agrees at all
+  kInconsistent,       ///< what agrees is not where the prior says
+  kTooLittleEvidence,  ///< unrelated boulders could agree as well
+  kAmbiguous,          ///< another pose agrees nearly as well
+  kChanceAgreement,    ///< this map agrees as well at poses that are wrong
+  kWeakGeometry,       ///< accepted, but the pairs leave the pose too uncertain to weigh
+  kBadInput,
+};
+inline constexpr std::size_t kMapFixStatusCount = 14;
+static_assert(enum_has<MapFixStatus, kMapFixStatusCount>());
+
+struct MapFixParams {
+  PoseSearchParams search;
+  LostSearchParams lost;
+  double map_window_radius_m = cfg::kMission.map_window_radius_m;  ///< at least
+};
+
+struct MapFixResult {
+  Verdict verdict;
+  Vec3 offset = Vec3(0.0, 0.0, 0.0);  ///< x, y, yaw of the pivot in map: what the map says, less the start
+  Mat3 covariance = Mat3::Zero();     ///< of it, without the prior
+  double scale = 1.0;
+  double rms_m = 0.0;
+  double pairs = 0.0;  ///< expected number of true ones
+  std::uint32_t hypotheses = 0;
+  std::uint16_t map_boulders = 0;  ///< in the window; 0xFFFF for more
+  std::uint16_t sightings = 0;     ///< local boulders less duplicates
+};
+
+class MapFix {
+ public:
+  /// `T_map_site` and `pivot_site_m`: the pose before, of the rover at the snapshot. `covariance`: of the
+  /// pivot's x, y and of yaw in map. The local map is copied, the map's bytes are borrowed until done.
+  MapFixStatus start_tracked(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
+                             const Pose2& T_map_site, const Vec2& pivot_site_m, const Mat3& covariance);
+  /// The same with no prior but the region.
+  MapFixStatus start_lost(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
+                          const Pose2& T_map_site, const Vec2& pivot_site_m, const SearchRegion& region);
+  Progress step(WorkBudget& budget);  ///< the same bits for every slicing
+  MapFixStatus status() const { return status_; }
+  const MapFixResult& result() const { return result_; }
+  /// The fix that runs or ran last looks for the pose without the prior's help.
+  bool lost() const { return phase_ == Phase::kRelocate; }
+
+ private:
+  enum class Phase : std::uint8_t { kWindow, kSearch, kRelocate };
+
+  void begin(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
+             const Pose2& T_map_site, const Vec2& pivot_site_m);
+  MapFixStatus relocate(const SearchRegion& region);
+  SearchRegion region_of_prior() const;
+  Progress read_window(WorkBudget& budget);
+  void begin_search();
+  void take_search();
+  void take_relocation();
+  void judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,
+              const Mat3& prior_information);
+
+  MapFixParams params_;
+  OrbitalMap map_;
+  LocalMap local_;
+  Pose2 T_map_site_;
+  Vec2 pivot_site_m_ = Vec2(0.0, 0.0);
+  Vec2 pivot_map_m_ = Vec2(0.0, 0.0);
+  Mat3 prior_covariance_ = Mat3::Zero();
+  double window_radius_m_ = 0.0;
+  MapFixStatus status_ = MapFixStatus::kIdle;
+  Phase phase_ = Phase::kWindow;
+  MapReader reader_;
+  MapBoulders window_;
+  PoseSearchJob search_;
+  Relocation relocation_;
+  MapFixResult result_;
+};
+
+}  // namespace cairn

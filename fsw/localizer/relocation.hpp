@@ -1,0 +1,100 @@
+/// A lost rover found again, or told that it is not: the whole map is read, the local map is looked for in it
+/// at any heading (registration/lost_search.hpp), and the best poses are weighed by the verdict of every
+/// other fix (registration/verdict.hpp). A job; the rover may keep driving while it runs, since the answer is
+/// where the site lies in the map.
+///
+/// The prior is flat: anywhere in the map's ground, or in the region that was given. The other poses that the
+/// search came upon are its decoys: what this local map scores on this map where it is not.
+///
+/// Order: read the map, index it, search, weigh up to LostSearch::kHits poses, judge. Where the region holds
+/// more boulders than the wide map has room for, the answer is kMapTooLarge: a smaller one has to be given.
+///
+/// Cost. 25 operations a boulder to read, some 150 to index, then the search's; units as those of its parts.
+#pragma once
+
+#include <cstdint>
+
+#include "core/nodiscard.hpp"
+#include "orbital_map/map_reader.hpp"
+#include "registration/lost_search.hpp"
+#include "registration/verdict.hpp"
+
+namespace cairn {
+
+enum class CAIRN_NODISCARD RelocationStatus : std::uint8_t {
+  kIdle,            ///< never started
+  kRunning,         ///< call step() again
+  kJudged,          ///< the verdict says whether to believe the pose
+  kNotFound,        ///< no pose with enough evidence to be weighed
+  kNoMap,           ///< no usable map, or no boulder in the region
+  kMapTooLarge,     ///< more boulders in the region than the wide map holds
+  kTooFewBoulders,  ///< local ones
+  kBadInput,
+};
+inline constexpr std::size_t kRelocationStatuses = static_cast<std::size_t>(RelocationStatus::kBadInput) + 1;
+
+struct RelocationParams {
+  LostSearchParams search;
+  PoseEvidenceParams evidence;
+  VerdictParams verdict;
+};
+
+struct RelocationResult {
+  Verdict verdict;
+  Evidence best;
+  Pose2 T_map_site;                ///< of best: the pivot is mapped exactly
+  Mat3 covariance = Mat3::Zero();  ///< of the pivot's x, y and of yaw, in map
+  std::uint32_t hypotheses = 0;    ///< looked at
+  int decoys = 0;
+};
+
+class Relocation {
+ public:
+  /// `map`'s bytes are borrowed until done; the local map is copied.
+  RelocationStatus start(const RelocationParams& params, const OrbitalMap& map, const LocalMap& local,
+                         const Vec2& pivot_site_m, const SearchRegion& region);
+  Progress step(WorkBudget& budget);  ///< the same bits for every slicing
+  RelocationStatus status() const { return status_; }
+  const RelocationResult& result() const { return result_; }
+  const LostSearch& search() const { return search_; }
+  std::uint32_t map_boulders() const { return static_cast<std::uint32_t>(wide_map_.size()); }
+
+ private:
+  enum class Phase : std::uint8_t { kRead, kIndex, kSearch, kWindow, kGround, kWeigh };
+
+  void begin_search();
+  void begin_window();
+  void begin_ground();
+  void begin_weighing();
+  void next_hit();
+  void judge_all();
+
+  RelocationParams params_;
+  OrbitalMap map_;
+  LocalMap local_;
+  Vec2 pivot_site_m_ = Vec2(0.0, 0.0);
+  SearchRegion region_;
+  RelocationStatus status_ = RelocationStatus::kIdle;
+  Phase phase_ = Phase::kRead;
+  double reach_m_ = 0.0;  ///< of the farthest local boulder from the pivot
+  MapReader reader_;
+  WideMap wide_map_;
+  LostSearch search_;
+  std::size_t hit_ = 0;
+  MapBoulders window_;
+  Vec2 window_centre_m_ = Vec2(0.0, 0.0);
+  double window_radius_m_ = 0.0;
+  bool window_full_ = false;
+  Ground ground_;
+  Sightings sightings_;
+  PosePrior prior_;
+  PoseEvidenceJob evidence_;
+  struct Weighed {
+    Evidence evidence;
+    Vec2 centre_map_m = Vec2(0.0, 0.0);
+  };
+  FixedVector<Weighed, LostSearch::kHits> weighed_;
+  RelocationResult result_;
+};
+
+}  // namespace cairn
