@@ -81,7 +81,13 @@ Progress Relocation::step(WorkBudget& budget) {
         break;
       case Phase::kGround:
         if (ground_.step(budget) == Progress::kMore) return Progress::kMore;
-        begin_weighing();
+        phase_ = Phase::kSight;
+        sightings_.clear();
+        sighted_ = 0;
+        break;
+      case Phase::kSight:
+        if (!budget.take(30U + 3U * static_cast<std::uint32_t>(sightings_.size()))) return Progress::kMore;
+        sight_next();
         break;
       case Phase::kWeigh:
         if (evidence_.step(budget) == Progress::kMore) return Progress::kMore;
@@ -125,20 +131,26 @@ void Relocation::begin_ground() {
   if (window_full_ || ground != GridStatus::kRunning) next_hit();
 }
 
-void Relocation::begin_weighing() {
-  const Pose2& pose = search_.hits()[hit_].T_map_site;
-  const Hypothesis hypothesis{0.0, 0.0, pose.yaw_rad, 1.0};
+/// Local boulders as evidence, one at a time; then the pose is weighed.
+void Relocation::sight_next() {
+  const Sighted sighted = sight(params_.evidence, ground_, local_, sighted_, pivot_site_m_, sightings_);
+  if (sighted == Sighted::kBad) {
+    status_ = RelocationStatus::kBadInput;
+    return;
+  }
+  if (++sighted_ < local_.size()) return;
+  const Hypothesis hypothesis{0.0, 0.0, search_.hits()[hit_].T_map_site.yaw_rad, 1.0};
   const double area = region_.anywhere ? wide_map_.area_m2() : kPi * region_.radius_m * region_.radius_m;
   prior_ = flat_prior(hypothesis, area, 2.0 * region_.half_sector_rad);
   phase_ = Phase::kWeigh;
-  const bool good = sightings(params_.evidence, ground_, local_, pivot_site_m_, sightings_) &&
-                    evidence_.start(params_.evidence, ground_, sightings_, prior_, hypothesis) ==
-                        PoseEvidenceStatus::kRunning;
-  if (!good) next_hit();
+  if (evidence_.start(params_.evidence, ground_, sightings_, prior_, hypothesis) !=
+      EvidenceStatus::kRunning) {
+    next_hit();
+  }
 }
 
 void Relocation::next_hit() {
-  if (phase_ == Phase::kWeigh && evidence_.status() == PoseEvidenceStatus::kDone) {
+  if (phase_ == Phase::kWeigh && evidence_.status() == EvidenceStatus::kDone) {
     const bool room = weighed_.push_back({evidence_.result(), window_centre_m_});
     CAIRN_ASSERT(room);
   }

@@ -35,7 +35,7 @@ inline constexpr std::size_t kRelocationStatuses = static_cast<std::size_t>(Relo
 
 struct RelocationParams {
   LostSearchParams search;
-  PoseEvidenceParams evidence;
+  EvidenceParams evidence;
   VerdictParams verdict;
 };
 
@@ -60,12 +60,12 @@ class Relocation {
   std::uint32_t map_boulders() const { return static_cast<std::uint32_t>(wide_map_.size()); }
 
  private:
-  enum class Phase : std::uint8_t { kRead, kIndex, kSearch, kWindow, kGround, kWeigh };
+  enum class Phase : std::uint8_t { kRead, kIndex, kSearch, kWindow, kGround, kSight, kWeigh };
 
   void begin_search();
   void begin_window();
   void begin_ground();
-  void begin_weighing();
+  void sight_next();
   void next_hit();
   void judge_all();
 
@@ -87,8 +87,9 @@ class Relocation {
   bool window_full_ = false;
   Ground ground_;
   Sightings sightings_;
+  std::size_t sighted_ = 0;  ///< local boulders looked at
   PosePrior prior_;
-  PoseEvidenceJob evidence_;
+  EvidenceJob evidence_;
   struct Weighed {
     Evidence evidence;
     Vec2 centre_map_m = Vec2(0.0, 0.0);
