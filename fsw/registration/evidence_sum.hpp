@@ -1,22 +1,22 @@
 /// Evidence added up over windows, where one window is too poor for a proof.
 ///
-/// The windows speak of one hypothesis. The first is searched from the prior that there is; the pose that it ends
-/// at, declined for want of evidence, is kept as provisional, carried on by odometry with its covariance and the
-/// odometry's, and is the prior of the next window's search, and so on. By the chain rule the logarithms of the
-/// windows' marginal likelihood ratios add up to that of all.
+/// The windows speak of one hypothesis. The first is searched from the prior that there is; the pose that
+/// it ends at, declined for want of evidence, is kept as provisional, carried on by odometry with its
+/// covariance and the odometry's, and is the prior of the next window's search, and so on. By the chain
+/// rule the logarithms of the windows' marginal likelihood ratios add up to that of all.
 ///
 /// Sound under three conditions, all the caller's:
 ///   no local boulder counts twice: a window holds only boulders that no window before it held
 ///   every window counts, those that agree with nothing, too (PoseSearchJob gives each a log_ratio)
 ///   the prior of a window comes from the windows before it alone
-/// Then, under the null of scattered boulders, exp(log_ratio) is a martingale of mean 1 at most, and P(log_ratio
-/// ever > t) <= e^-t (Ville's inequality): one may look after each window and stop when one likes. A rival pose
-/// on the right map is as unrelated as another map. A hypothesis whose sum falls below drop() is better started
-/// anew; each new start is a new draw.
+/// Then, under the null of scattered boulders, exp(log_ratio) is a martingale of mean 1 at most, and
+/// P(log_ratio ever > t) <= e^-t (Ville's inequality): one may look after each window and stop when one
+/// likes. A rival pose on the right map is as unrelated as another map. A hypothesis whose sum falls below
+/// drop() is better started anew; each new start is a new draw.
 ///
-/// What chance does on this map is measured in each window (Verdict::chance_log, minus the logarithm of a tail
-/// probability at best). Such logarithms do not simply add up: of n of them with sum T, Fisher's rule gives the
-/// probability e^-T sum over k < n of T^k / k!.
+/// What chance does on this map is measured in each window (Verdict::chance_log, minus the logarithm of a
+/// tail probability at best). Such logarithms do not simply add up: of n of them with sum T, Fisher's rule
+/// gives the probability e^-T sum over k < n of T^k / k!.
 ///
 /// The last window must not be ambiguous, nor inconsistent with what the hypothesis predicts.
 #pragma once

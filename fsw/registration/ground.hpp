@@ -1,18 +1,18 @@
-/// What is known of the orbital map around here: where its boulders are, how densely they lie, how large they
-/// are. The null hypothesis of the verdict (registration/verdict.hpp) is measured from it.
+/// What is known of the orbital map around here: where its boulders are, how densely they lie, how large
+/// they are. The null hypothesis of the verdict (registration/verdict.hpp) is measured from it.
 ///
-/// Density. The area covered is the disc of `radius_m` about the centre, cut to the box of the boulders in it
-/// (a window may hang over the edge of the map). It is divided into square cells, so wide that 3 x 3 of them
-/// hold some 30 boulders at the mean density; the density at a point is (boulders + 1) / (area covered + 1 /
-/// mean density) over the 3 x 3 cells about its own: local where the ground changes, and never zero.
+/// Density. The area covered is the disc of `radius_m` about the centre, cut to the box of the boulders in
+/// it (a window may hang over the edge of the map). It is divided into square cells, so wide that 3 x 3 of
+/// them hold some 30 boulders at the mean density; the density at a point is (boulders + 1) / (area covered
+/// + 1 / mean density) over the 3 x 3 cells about its own: local where the ground changes, and never zero.
 ///
 /// Sizes. The density of ln(diameter) over the boulders whose diameter is known: shares of 40 bins of 0.25
 /// from 5 mm up, smoothed by (1 2 1)/4, plus one boulder spread evenly.
 ///
 /// Coordinates: axes of `map` about the centre.
 ///
-/// Cost. start(): the grid's. step(): the grid's, 70 operations a boulder and 12,000 once; units of 64 boulders,
-/// of all cells' cover, of all cells' density.
+/// Cost. start(): the grid's. step(): the grid's, 70 operations a boulder and 12,000 once; units of 64
+/// boulders, of all cells' cover, of all cells' density.
 #pragma once
 
 #include <cstdint>

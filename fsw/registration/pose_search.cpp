@@ -120,8 +120,8 @@ SearchStatus PoseSearchJob::survey() {
 
 // ---- hypotheses -------------------------------------------------------------------------------------------
 
-/// The next pair of local boulders of a good length, differences of indices in scattered order; false at the
-/// end.
+/// The next pair of local boulders of a good length, differences of indices in scattered order; false
+/// at the end.
 bool PoseSearchJob::next_pair() {
   const int n = static_cast<int>(sightings_.size());
   const int differences = n / 2;
@@ -194,7 +194,8 @@ void PoseSearchJob::gather_firsts() {
                      [this](std::uint16_t index, double) { CAIRN_ASSERT(firsts_.push_back(index)); });
 }
 
-/// Where the second one would lie with the first one laid on firsts_[first_], and how far from there it may.
+/// Where the second one would lie with the first one laid on firsts_[first_], and how far from
+/// there it may.
 BoulderQuery PoseSearchJob::seconds_query() const {
   const double turn = reach_rad_ < 2.0 ? reach_rad_ : 2.0;
   const GridPoint& m = ground_.grid()[firsts_[first_]];
@@ -224,8 +225,8 @@ void PoseSearchJob::gather_seconds(const BoulderQuery& query) {
   });
 }
 
-/// The pose of the pair laid on firsts_[first_] and `second`; false where that is out of reach, or nothing is
-/// left to look at.
+/// The pose of the pair laid on firsts_[first_] and `second`; false where that is out of reach, or nothing
+/// is left to look at.
 bool PoseSearchJob::hypothesise(std::uint16_t second) {
   const GridPoint& a = ground_.grid()[firsts_[first_]];
   const GridPoint& b = ground_.grid()[second];
@@ -347,7 +348,8 @@ void PoseSearchJob::refined() {
   start_refining();
 }
 
-/// The best pose outside the prior's reach; true where it would have been accepted, had the prior allowed it.
+/// The best pose outside the prior's reach; true where it would have been accepted, had the
+/// prior allowed it.
 bool PoseSearchJob::look_elsewhere() {
   double second = -1.0e3;
   for (const Evidence& d : decoys_) {

@@ -1,27 +1,30 @@
 /// The pose of the local map looked for in all of what the prior leaves room for, and the verdict on it.
 ///
-/// How. Pairs of local boulders (0.5 to 2 rms radii apart, each boulder in as many as the others) are laid on
-/// pairs of map boulders of the same length and direction within reach: `reach_sigmas` of the prior in x, y
-/// and yaw, and around that a ring that gives decoys (registration/verdict.hpp). Each such hypothesis is
-/// looked at boulder by boulder, nearest to the pair's middle first, where it is surest: with t^2 = s^2 (1.5 +
-/// 2 d^2 / L^2) at distance d from the middle of a pair of length L,
-///     sum of max( ln(1-p), ln(p / (2 pi lambda t^2)) - r^2 / (2 t^2) )     r: distance to the nearest boulder
-/// and given up where that falls below `give_up`. The best distinct ones, inside and outside of the prior's
-/// reach, are refined and weighed (EvidenceJob); then judge(). No luck is needed: a true pair among the pairs
-/// looked at is enough, and of 64 pairs of boulders of which half are true, none is with probability 1e-8.
+/// How. Pairs of local boulders (0.5 to 2 rms radii apart, each boulder in as many as the others) are laid
+/// on pairs of map boulders of the same length and direction within reach: `reach_sigmas` of the prior in
+/// x, y and yaw, and around that a ring that gives decoys (registration/verdict.hpp). Each such hypothesis
+/// is looked at boulder by boulder, nearest to the pair's middle first, where it is surest: with t^2 = s^2
+/// (1.5 + 2 d^2 / L^2) at distance d from the middle of a pair of length L,
+///     sum of max( ln(1-p), ln(p / (2 pi lambda t^2)) - r^2 / (2 t^2) )
+/// with r the distance to the nearest boulder, and given up where that falls below `give_up`. The best distinct ones, inside and outside of the
+/// prior's reach, are refined and weighed (EvidenceJob); then judge(). No luck is needed: a true pair
+/// among the pairs looked at is enough, and of 64 pairs of boulders of which half are true, none is
+/// with probability 1e-8.
 ///
-/// Where the prior's reach holds nothing acceptable, and the ring around it a pose that would have been accepted
-/// there, unique and second_margin better, the verdict is kInconsistentWithPrior, and `elsewhere` that pose.
+/// Where the prior's reach holds nothing acceptable, and the ring around it a pose that would have been
+/// accepted there, unique and second_margin better, the verdict is kInconsistentWithPrior, and
+/// `elsewhere` that pose.
 ///
 /// Distinct: the local map's middle farther than 4 s apart, or turned by more than 4 s over its rms radius.
 ///
-/// Room. The map window must hold the local map wherever the search looks: window radius at least 4 sigma and
-/// the farthest local boulder, and the poses looked at must reach `least_ring` mean spacings far, else what
-/// chance does on this map is not known: kNoSearchRoom. To give the ring its whole width, a window should have
-/// reach_sigmas sigma + farthest local boulder + ring / sqrt(density).
+/// Room. The map window must hold the local map wherever the search looks: window radius at least 4 sigma
+/// and the farthest local boulder, and the poses looked at must reach `least_ring` mean spacings far, else
+/// what chance does on this map is not known: kNoSearchRoom. To give the ring its whole width, a window
+/// should have reach_sigmas sigma + farthest local boulder + ring / sqrt(density).
 ///
-/// Cost. start(): copies and checks, about 20 operations a boulder, on no budget. Then map boulders within reach
-/// times pairs, some 10 looks each; no unit above 20,000 operations. Static memory: sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
+/// Cost. start(): copies and checks, about 20 operations a boulder, on no budget. Then map boulders within
+/// reach times pairs, some 10 looks each; no unit above 20,000 operations. Static memory:
+/// sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
 #pragma once
 
 #include <cstdint>
@@ -73,8 +76,9 @@ struct SearchResult {
 
 class PoseSearchJob {
  public:
-  /// `window_radius_m`: the map boulders are all those within it about the prior's pivot. `covariance`: of the
-  /// pivot's x, y and of yaw in map (m, m, rad), positive definite. The map and the local map are copied.
+  /// `window_radius_m`: the map boulders are all those within it about the prior's pivot.
+  /// `covariance`: of the pivot's x, y and of yaw in map (m, m, rad), positive definite. The map and
+  /// the local map are copied.
   SearchStatus start(const PoseSearchParams& params, const MapBoulders& map, double window_radius_m,
                      const LocalMap& local, const Pose2& T_map_site_prior, const Vec2& pivot_site_m,
                      const Mat3& covariance);

@@ -4,41 +4,41 @@
 ///     S = ln mean over p of  prod_i [ (1 - p) + (p / lambda_i) sum_k z_ik N(x_i; m_k, s_i^2) ]
 /// the log likelihood ratio of 'same ground' (a local boulder is one of the map's with probability p, error
 /// s_i on an axis, else clutter) against 'unrelated boulders as dense as around here' (lambda_i, of
-/// registration/ground.hpp). p is not known and is averaged over 0.25, 0.5, 0.75, 0.92. z_ik is the ratio of
-/// sizes: N(ln d_i - ln d_k; 0, size_sigma^2) over the map's own density of ln d, mixed with 1/10 of one;
-/// 1 where either diameter is unknown or size_sigma is 0. A map boulder is evidence for one local boulder
-/// alone, the one that it agrees with best; for others that lean on it the sum counts as zero. Local boulders
-/// closer to one another than 2 s are taken as one (sight()). Both only lower S.
+/// registration/ground.hpp). p is not known and is averaged over 0.25, 0.5, 0.75, 0.92. z_ik is the ratio
+/// of sizes: N(ln d_i - ln d_k; 0, size_sigma^2) over the map's own density of ln d, mixed with 1/10 of
+/// one; 1 where either diameter is unknown or size_sigma is 0. A map boulder is evidence for one local
+/// boulder alone, the one that it agrees with best; for others that lean on it the sum counts as zero.
+/// Local boulders closer to one another than 2 s are taken as one (sight()). Both only lower S.
 ///
 /// Log ratio. The marginal likelihood over the pose, by Laplace's method at the most probable pose:
 ///     log_ratio = S - chi2/2 + ln( (2 pi)^(d/2) sqrt(det C) ) - ln V
 /// chi2: distance from the prior, C: covariance after the fix, V = (2 pi)^(d/2) sqrt(det P): volume of the
-/// Gaussian prior (d = 3; 4 with scale). The volume pays for every hypothesis that the prior leaves room for,
-/// so that it does not matter how many were looked at, nor how this one was found. Under the null of
+/// Gaussian prior (d = 3; 4 with scale). The volume pays for every hypothesis that the prior leaves room
+/// for, so that it does not matter how many were looked at, nor how this one was found. Under the null of
 /// scattered boulders P(log_ratio > t) <= e^-t (Markov's inequality: the ratio's mean is 1).
 ///
 /// Chance agreement, measured. Lattices, rows and clusters of another place agree better than scattered
-/// boulders do. What the same local map scores at *decoys*, poses that cannot be right (outside what the prior
-/// allows, or second to the best), tells by how much. With decoys D_j found in a volume V_d of poses, the
-/// expected number of wrong poses within the prior that score as well as this one is
+/// boulders do. What the same local map scores at *decoys*, poses that cannot be right (outside what the
+/// prior allows, or second to the best), tells by how much. With decoys D_j found in a volume V_d of poses,
+/// the expected number of wrong poses within the prior that score as well as this one is
 ///     F = (V_p / V_d) sum_j exp( -(S - chi2/2 - D_j) / theta )
-/// V_p: volume of the prior, not below that of the fix. theta: 1, the tail of scattered boulders; larger where
-/// decoys score more than ln(V_d / volume of the fix), which scattered boulders hardly reach: then the mean
-/// excess of the best twelve of those over it, or over the thirteenth of them (four decoys' worth of theta = 1
-/// mixed in). chance_log = -ln F is held against the same threshold.
+/// V_p: volume of the prior, not below that of the fix. theta: 1, the tail of scattered boulders; larger
+/// where decoys score more than ln(V_d / volume of the fix), which scattered boulders hardly reach: then
+/// the mean excess of the best twelve of those over it, or over the thirteenth of them (four decoys' worth
+/// of theta = 1 mixed in). chance_log = -ln F is held against the same threshold.
 ///
 /// Verdict, first that applies: inconsistent with the prior (chi-squared of the innovation, 3 degrees of
-/// freedom, beyond its limit), too little evidence (log_ratio + calibration below what is needed), ambiguous
-/// (second best less than second_margin behind), chance agreement (chance_log below what is needed), accepted.
-/// Needed is ln_threshold - prior_log_odds: what is known besides that this is the right map and prior (fixes
-/// before, say). calibration: e^-t is a bound, and a loose one. Importance sampling, P0(log_ratio > t) =
-/// E1[e^-log_ratio; log_ratio > t] over trials of the same ground, puts the rate of false fixes 3 to 4.6 nats
-/// below it; `make bench-fix` shows it beside what wrong sites give.
+/// freedom, beyond its limit), too little evidence (log_ratio + calibration below what is needed),
+/// ambiguous (second best less than second_margin behind), chance agreement (chance_log below what is
+/// needed), accepted. Needed is ln_threshold - prior_log_odds: what is known besides that this is the right
+/// map and prior (fixes before, say). calibration: e^-t is a bound, and a loose one. Importance sampling,
+/// P0(log_ratio > t) = E1[e^-log_ratio; log_ratio > t] over trials of the same ground, puts the rate of
+/// false fixes 3 to 4.6 nats below it; `make bench-fix` shows it beside what wrong sites give.
 ///
 /// Everything in axes of `map` about the Ground's centre; angles in radians.
 ///
-/// Cost of EvidenceJob: an iteration takes n (60 + 3 query) operations for n local boulders, in units of one;
-/// 4 to 12 iterations. In the end 170 n, in five units.
+/// Cost of EvidenceJob: an iteration takes n (60 + 3 query) operations for n local boulders, in units of
+/// one; 4 to 12 iterations. In the end 170 n, in five units.
 #pragma once
 
 #include <cstdint>
@@ -73,9 +73,9 @@ struct EvidenceParams {
 };
 bool params_are_good(const EvidenceParams& params);
 
-/// One more local boulder as evidence, about the pivot: its sigma is that of a pair and its own in the local map,
-/// added in squares. Left out where it lies within 2 sigma_pair of one that is there (kNear): a duplicate.
-/// Operations: 3 for each that is there, and 30.
+/// One more local boulder as evidence, about the pivot: its sigma is that of a pair and its own in the
+/// local map, added in squares. Left out where it lies within 2 sigma_pair of one that is there (kNear): a
+/// duplicate. Operations: 3 for each that is there, and 30.
 enum class CAIRN_NODISCARD Sighted : std::uint8_t {
   kTaken,
   kNear,
@@ -84,7 +84,8 @@ enum class CAIRN_NODISCARD Sighted : std::uint8_t {
 Sighted sight(const EvidenceParams& params, const Ground& ground, const LocalMap& local, std::size_t index,
               const Vec2& pivot_site_m, Sightings& out);
 
-/// A pose of the local map: where the pivot lies, how the site's axes are turned, how much larger the map is.
+/// A pose of the local map: where the pivot lies, how the site's axes are turned, how much larger
+/// the map is.
 struct Hypothesis {
   double x_m = 0.0;
   double y_m = 0.0;
@@ -106,9 +107,9 @@ PosePrior flat_prior(const Hypothesis& mean, double area_m2, double sector_rad);
 
 struct Evidence {
   Hypothesis pose;  ///< the most probable near the hypothesis
-  /// Of pose, order x, y, yaw, scale (scale: 0 where it is known). First order: the observed information (of the
-  /// mixture: an uncertain match counts for less) and the prior's. The pairs' variance is their own, weighed
-  /// against sigma_pair's with 10 degrees of freedom, within a factor of 1/4 to 9 of it.
+  /// Of pose, order x, y, yaw, scale (scale: 0 where it is known). First order: the observed information
+  /// (of the mixture: an uncertain match counts for less) and the prior's. The pairs' variance is their
+  /// own, weighed against sigma_pair's with 10 degrees of freedom, within a factor of 1/4 to 9 of it.
   Mat4 covariance = Mat4::Zero();
   double S = 0.0;            ///< evidence at the pose, nats
   double chi2 = 0.0;         ///< of the pose about the prior's mean

@@ -1,6 +1,6 @@
-// Point-set trials of the search and its verdict: per cent right, declined and false, by density and start, on
-// wrong sites, on lattices, rows and clusters, in tracking; predicted against observed false rates; coverage of
-// the covariance. Plain ICP and a plain RANSAC beside it.
+// Point-set trials of the search and its verdict: per cent right, declined and false, by density and start,
+// on wrong sites, on lattices, rows and clusters, in tracking; predicted against observed false rates;
+// coverage of the covariance. Plain ICP and a plain RANSAC beside it.
 //
 //   bench_fix [--trials N] [--seed S] [--threads T] [suite ...]
 //
@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "bench/point_sets.hpp"
+#include "registration/evidence_sum.hpp"
 #include "registration/icp.hpp"
 #include "registration/pose_search.hpp"
 
@@ -55,6 +56,7 @@ struct Cell {
   bool confirmed = false;
   int fewest = 0;  // local boulders at random between these, where given
   int most = 0;
+  bool any_share = false;  // of true boulders: drawn as the verdict has it
   double scale_sigma = 0.0;
   double map_scale = 1.0;
 };
@@ -95,6 +97,41 @@ void search(Engines& e, const Cell& cell, Outcome& o) {
   if (c.determinant() > 0.0) o.nees2 = off.dot(Vec2(c.inverse() * off));
 }
 
+/// Three windows of a third of the boulders each, the pose carried from one to the next
+/// with odometry's noise.
+void in_windows(Engines& e, const Cell& cell, Outcome& o) {
+  Trial& t = e.trial;
+  const LocalMap all = t.local;
+  Pose2 pose = t.T_map_site_prior;
+  Mat3 covariance = t.covariance;
+  EvidenceSum sum;
+  PoseSearchParams p;
+  p.evidence.sigma_pair_m = 0.05;
+  constexpr std::size_t kWindows = 3;
+  for (std::size_t w = 0; w < kWindows; ++w) {
+    t.local.clear();
+    for (std::size_t i = w; i < all.size(); i += kWindows) (void)t.local.push_back(all[i]);
+    o.search = e.search.start(p, t.map, t.window_m, t.local, pose, t.pivot_site_m, covariance);
+    WorkBudget budget = WorkBudget::unlimited();
+    if (o.search == SearchStatus::kRunning) (void)e.search.step(budget);
+    o.ops += budget.spent();
+    if (e.search.status() != SearchStatus::kDone) return;
+    const SearchResult& r = e.search.result();
+    sum.add(r.verdict);
+    if (r.verdict.status != VerdictStatus::kNoHypothesis) {
+      pose = r.T_map_site;
+      covariance = r.covariance;
+    }
+    covariance += Vec3(4e-4, 4e-4, 1.6e-5).asDiagonal();  // 2 cm and 4 mrad of odometry
+  }
+  o.status = sum.verdict(p.verdict);
+  o.accepted = o.status == VerdictStatus::kAccepted;
+  o.log_ratio = sum.log_ratio();
+  o.error_m = (pose * t.pivot_site_m - t.T_map_site * t.pivot_site_m).norm();
+  o.sigma_m = std::sqrt(covariance.topLeftCorner<2, 2>().trace());
+  (void)cell;
+}
+
 /// The paper's: from the start, accepted where it converges.
 void plain_icp(Engines& e, const Cell&, Outcome& o) {
   IcpParams p;
@@ -108,8 +145,8 @@ void plain_icp(Engines& e, const Cell&, Outcome& o) {
   o.sigma_m = std::sqrt(e.icp.result().covariance.topLeftCorner<2, 2>().trace());
 }
 
-/// Plain: pairs at random within the gate of what sigma allows, most inliers within 3 sigma wins, accepted with
-/// four inliers and half of the boulders.
+/// Plain: pairs at random within the gate of what sigma allows, most inliers within 3 sigma wins, accepted
+/// with four inliers and half of the boulders.
 void ransac(Engines& e, const Cell& cell, Outcome& o) {
   const Trial& t = e.trial;
   Rng rng(12345);
@@ -164,6 +201,13 @@ void prepare(const Cell& cell, std::uint64_t number, Trial& trial) {
   rng.discard(8);
   View view = cell.view;
   if (cell.most > 0) view.boulders = cell.fewest + static_cast<int>(rng() % (cell.most - cell.fewest + 1));
+  if (cell.any_share) {
+    constexpr double kShares[] = {0.25, 0.5, 0.75, 0.92};
+    const double share = kShares[rng() % 4];
+    int truths = 0;
+    for (int i = 0; i < view.boulders; ++i) truths += uniform(rng, 0.0, 1.0) < share ? 1 : 0;
+    view.clutter = 1.0 - static_cast<double>(truths) / view.boulders;
+  }
   make_trial(rng, cell.ground, view, cell.start, cell.site, trial);
   if (cell.map_scale != 1.0) {
     const Vec2 about = trial.T_map_site_prior * trial.pivot_site_m;
@@ -381,6 +425,23 @@ void suite_tracking() {
   }
 }
 
+void suite_windows() {
+  head("three windows of 6 to 10 boulders, one by one, added up; on another place, added up");
+  for (const double d : {0.5, 1.0, 2.0}) {
+    Cell c = usual(d);
+    c.fewest = 18;
+    c.most = 30;
+    c.start = {0.35, 0.02};
+    print(text("%.1f per m2, added up", d).c_str(), run(c, in_windows, trials));
+    c.site = Site::kElsewhere;
+    print(text("%.1f per m2, another place", d).c_str(), run(c, in_windows, trials));
+    c.site = Site::kRight;
+    c.fewest = 6;
+    c.most = 10;
+    print(text("%.1f per m2, one window", d).c_str(), run(c, search, trials));
+  }
+}
+
 void suite_scale() {
   head("a map too large, scale looked for to 3 %");
   for (const double scale : {1.0, 1.02, 1.04}) {
@@ -395,23 +456,42 @@ void suite_scale() {
   }
 }
 
+/// Where log_ratio lies above t on other ground: bounded by e^-t, observed, and predicted from the same ground by
+/// importance sampling, P0(ratio > t) = E1[1 / ratio; ratio > t], with the shares of true boulders as the
+/// verdict assumes them. At rates of 1e-1 to 1e-3.
 void suite_calibration() {
-  std::printf("\nfalse rate: nominal 1/ratio, observed, predicted by importance sampling\n");
+  std::printf(
+      "\nfalse rate of log_ratio > t: bound e^-t, observed (events), predicted by importance sampling\n");
   for (const double d : {0.3, 1.0, 4.0}) {
     Cell c = usual(d);
+    c.fewest = 6;
+    c.most = 10;
     c.start = {0.35, 0.02};
+    c.any_share = true;
     c.site = Site::kElsewhere;
-    const std::vector<Outcome> null = run(c, search, 10 * trials);
+    const std::vector<Outcome> null = run(c, search, 20 * trials);
     c.site = Site::kRight;
     const std::vector<Outcome> same = run(c, search, 10 * trials);
-    for (const double t : {std::log(3.0), std::log(10.0), std::log(100.0), std::log(1000.0)}) {
-      int seen = 0;
+    std::vector<double> ratios;
+    for (const Outcome& o : null) ratios.push_back(o.log_ratio);
+    std::sort(ratios.rbegin(), ratios.rend());
+    for (const double rate : {0.1, 0.03, 0.01, 0.003, 0.001}) {
+      const auto seen = static_cast<std::size_t>(rate * static_cast<double>(ratios.size()));
+      if (seen < 10) continue;
+      const double t = ratios[seen];
       double said = 0.0;
-      for (const Outcome& o : null) seen += o.log_ratio > t;
       for (const Outcome& o : same) said += o.log_ratio > t ? std::exp(-o.log_ratio) : 0.0;
-      std::printf("%.1f per m2  nominal %.4f  observed %.6f (%d)  predicted %.6f\n", d, std::exp(-t),
-                  1.0 * seen / null.size(), seen, said / same.size());
+      said /= static_cast<double>(same.size());
+      std::printf("%.1f per m2  t %6.2f  bound %.4f  observed %.5f (%zu)  predicted %.5f  ratio %.2f\n", d, t,
+                  std::min(1.0, std::exp(-t)), rate, seen, said, said / rate);
     }
+    const VerdictParams v;
+    double said = 0.0;
+    for (const Outcome& o : same) {
+      said += o.log_ratio > v.ln_threshold - v.calibration ? std::exp(-o.log_ratio) : 0.0;
+    }
+    std::printf("%.1f per m2  at the threshold: predicted %.2e a search\n", d,
+                said / static_cast<double>(same.size()));
   }
 }
 
@@ -450,6 +530,7 @@ int main(int argc, char** argv) {
                           {"confirmed-structure", suite_confirmed_structure},
                           {"right-structure", suite_right_structure},
                           {"tracking", suite_tracking},
+                          {"windows", suite_windows},
                           {"scale", suite_scale},
                           {"calibration", suite_calibration},
                           {"coverage", suite_coverage},

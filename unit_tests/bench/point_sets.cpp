@@ -46,7 +46,8 @@ std::vector<MapBoulder> strew(Rng& rng, const GroundKind& kind, double angle_rad
         add(x + kind.spread_m * gauss(rng), y + kind.spread_m * gauss(rng));
     }
   } else {
-    // A lattice of squares, or rows twice as far apart as the boulders in them, each row at a phase of its own.
+    // A lattice of squares, or rows twice as far apart as the boulders in them, each row at a phase
+    // of its own.
     const SinCos r = sin_cos(angle_rad);
     const bool rows = kind.pattern == Pattern::kRows;
     const double along = std::sqrt(1.0 / kind.per_m2 / (rows ? 2.0 : 1.0));

@@ -1,4 +1,5 @@
-// Search and verdict together: the pose from far off, wrong maps and lattices declined, each status, slicing.
+// Search and verdict together: the pose from far off, wrong maps and lattices declined,
+// each status, slicing.
 #include "registration/pose_search.hpp"
 
 #include <cmath>
@@ -128,8 +129,8 @@ void test_other_ground_is_declined(void**) {
   }
 }
 
-/// A lattice agrees with itself at every cell, whether or not the place is right: told by the decoys where the
-/// prior leaves one cell alone, by the second best where it leaves more.
+/// A lattice agrees with itself at every cell, whether or not the place is right: told by the decoys where
+/// the prior leaves one cell alone, by the second best where it leaves more.
 void test_lattices_are_declined(void**) {
   Random random(3);
   for (const double sigma : {0.1, 0.5}) {
@@ -150,7 +151,8 @@ void test_lattices_are_declined(void**) {
   }
 }
 
-/// The rover is 1.5 m from where it claims to be within 0.1 m: never accepted, and the search says where it is.
+/// The rover is 1.5 m from where it claims to be within 0.1 m: never accepted, and the search says
+/// where it is.
 void test_a_wrong_claim_is_told(void**) {
   Random random(4);
   World world;

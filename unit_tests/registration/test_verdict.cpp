@@ -1,5 +1,5 @@
-// Verdict: the evidence against the formula written down once more, what each term of it does, the pose and its
-// covariance by Monte Carlo, each status, slicing.
+// Verdict: the evidence against the formula written down once more, what each term of it does, the pose and
+// its covariance by Monte Carlo, each status, slicing.
 #include "registration/verdict.hpp"
 
 #include <cmath>
@@ -265,7 +265,8 @@ void test_sizes(void**) {
 
 // ---- the pose ---------------------------------------------------------------------------------------------
 
-/// 300 fixes: half of them inside the 50 % ellipsoid, 95 % inside the 95 % one, though sigma is taken too large.
+/// 300 fixes: half of them inside the 50 % ellipsoid, 95 % inside the 95 % one, though sigma is
+/// taken too large.
 void test_covariance_holds(void**) {
   Random random(7);
   EvidenceParams params;
@@ -375,8 +376,8 @@ void test_slices_give_the_same(void**) {
 
 // ---- the ground -------------------------------------------------------------------------------------------
 
-/// Half of the window twice as dense: each half's density within its counting error; beyond the map's edge no
-/// ground is claimed to be empty.
+/// Half of the window twice as dense: each half's density within its counting error; beyond the map's edge
+/// no ground is claimed to be empty.
 void test_density_is_local(void**) {
   Random random(12);
   map_boulders.clear();
@@ -431,8 +432,8 @@ void test_each_verdict(void**) {
   assert_status(judge(params, e, -1e3, prior, none).status, VerdictStatus::kInconsistentWithPrior);
 }
 
-/// Decoys that score as scattered boulders do change nothing; one that scores as well, or many that show a long
-/// tail, do.
+/// Decoys that score as scattered boulders do change nothing; one that scores as well, or many that show a
+/// long tail, do.
 void test_decoys(void**) {
   const VerdictParams params;
   const PosePrior prior = prior_of(0.1, 0.02, kTruth);
