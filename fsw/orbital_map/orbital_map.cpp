@@ -41,6 +41,12 @@ Vec2 OrbitalMap::extent_m() const {
   return {(extent_x_ - 1U) * quantum_m_, (extent_y_ - 1U) * quantum_m_};
 }
 
+bool OrbitalMap::still_in(const std::uint8_t* bank, std::size_t size) const {
+  if (!usable() || bank != bytes_ || size < file_bytes_) return false;
+  return be::get_u32(bank + directory_at_ - cmap::kCrcBytes) == head_crc_ ||
+         be::get_u32(bank + cmap::kTilesCrcAt) == tiles_crc_;
+}
+
 MapStatus OrbitalMap::read_head(const std::uint8_t* bytes, std::size_t size) {
   if (bytes == nullptr || size == 0) return MapStatus::kNoMap;
   if (size < cmap::kMinHeadBytes) return MapStatus::kTruncated;
@@ -71,6 +77,8 @@ MapStatus OrbitalMap::read_fields(std::uint32_t head_bytes) {
   tile_side_ = be::get_u32(h + cmap::kTileSideAt);
   offset_bytes_ = h[cmap::kOffsetBytesAt];
   parameter_hash_ = be::get_u32(h + cmap::kParameterHashAt);
+  tiles_crc_ = be::get_u32(h + cmap::kTilesCrcAt);
+  head_crc_ = be::get_u32(h + head_bytes - cmap::kCrcBytes);
   quantum_m_ = quantum_um * kMicrometre;
   directory_at_ = head_bytes;
   if (!within(origin_x_m_, -cmap::kMaxCoordinate, cmap::kMaxCoordinate) ||

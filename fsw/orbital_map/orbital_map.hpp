@@ -82,6 +82,12 @@ class OrbitalMap {
   Vec2 extent_m() const;
   /// CRC-32 of the parameters that the map was prepared with; tells maps apart in telemetry. 0 without map.
   std::uint32_t parameter_hash() const { return parameter_hash_; }
+  /// The CRC-32 at the end of its head, which answers for the whole file; 0 without map.
+  std::uint32_t head_crc() const { return head_crc_; }
+  /// Whether a bank whose content is no longer good still holds this map, with upsets: it lies there whole,
+  /// and one of the two CRCs that tell it from any other map, of head and tiles, stands as it was validated.
+  /// Then it may go on: what was read from the head is not read again, and each tile is held to its CRC.
+  bool still_in(const std::uint8_t* bank, std::size_t size) const;
 
   std::uint32_t tiles() const { return columns_ * rows_; }
   std::uint32_t columns() const { return columns_; }
@@ -138,6 +144,8 @@ class OrbitalMap {
   std::uint32_t payloads_at_ = 0;
   std::uint32_t offset_bytes_ = 0;
   std::uint32_t parameter_hash_ = 0;
+  std::uint32_t head_crc_ = 0;
+  std::uint32_t tiles_crc_ = 0;
   cmap::AttributeModels models_;
 };
 
