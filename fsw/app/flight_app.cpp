@@ -27,8 +27,10 @@ LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& 
   validation_ = MapValidation();
   transfer_ = MapTransfer();
   map_status_ = MapStatus::kIdle;
-  validating_ = have_prior_ = false;
-  pair_number_ = sequence_ = bad_commands_ = lost_packets_ = 0;
+  order_ = CommandOrder();
+  validating_ = have_prior_ = any_pair_ = false;
+  pair_number_ = sequence_ = bad_priors_ = lost_packets_ = 0;
+  commands_ = {};
   pair_time_us_ = 0;
   localizer_.set_map(OrbitalMap());
   const LocalizerStatus untrimmed = localizer_.set_trim(StepTrim());
@@ -53,43 +55,74 @@ bool FlightApp::take_command() {
   if (size == 0) return false;
   Command command;
   AckReport ack;
-  CommandStatus status = decode(bytes, size, command);
-  if (status == CommandStatus::kAccepted) status = carry_out(command, ack.detail);
-  if (status != CommandStatus::kAccepted) ++bad_commands_;
+  const CommandStatus decoded = decode(bytes, size, command);
+  const bool known = decoded == CommandStatus::kAccepted;
+  CommandStatus status = known ? order_.judge(command) : decoded;
+  if (status == CommandStatus::kAccepted) {
+    status = carry_out(command, ack.detail);
+    if (status == CommandStatus::kAccepted) order_.accepted(command, ack.detail);
+  } else if (status == CommandStatus::kRepeated) {
+    ack.detail = order_.detail(command.type);
+  }
+  ++commands_[static_cast<std::size_t>(status)];
   if (status != CommandStatus::kBadPacket) {  // of a bad packet no field is believed
     ack.command_sequence = command.sequence;
     ack.command_type = static_cast<std::uint8_t>(command.type);
   }
+  if (known) ack.newest = order_.newest(command.type);
   ack.status = static_cast<std::uint8_t>(status);
   send(ack);
   return true;
 }
 
-CommandStatus FlightApp::carry_out(const Command& command, std::uint8_t& detail) {
-  LocalizerStatus status = LocalizerStatus::kReady;
+CommandStatus FlightApp::carry_out(Command& command, std::uint8_t& detail) {
   switch (command.type) {
-    case CommandType::kSetStart:
-      status = localizer_.set_start(command.pose, command.number[0], command.number[1]);
-      if (status == LocalizerStatus::kReady) executive_.restart();
-      break;
-    case CommandType::kSetTrim: status = localizer_.set_trim({command.number[0], command.number[1]}); break;
-    case CommandType::kMotionPrior:
-      // A bad one is for VO to refuse and count, like any input of a frame.
-      prior_ = command.pose;
-      have_prior_ = true;
-      break;
+    case CommandType::kSetStart: return set_start(command, detail);
+    case CommandType::kSetTrim: return set_trim(command, detail);
+    case CommandType::kMotionPrior: return take_prior(command, detail);
     case CommandType::kLoadMap: return load_map(detail);
     case CommandType::kBeginUpload: return begin_upload(command.upload, detail);
     case CommandType::kMapChunk: return take_chunk(command, detail);
     case CommandType::kUseUpload: return use_upload(command.upload.id, detail);
     case CommandType::kReportUpload: report_upload(); break;
   }
-  detail = static_cast<std::uint8_t>(status);
-  return status == LocalizerStatus::kReady ? CommandStatus::kAccepted : CommandStatus::kRefused;
+  return CommandStatus::kAccepted;
+}
+
+CommandStatus FlightApp::set_start(Command& command, std::uint8_t& detail) {
+  const ContentStatus content = judge_content(command);
+  detail = static_cast<std::uint8_t>(content);
+  if (content != ContentStatus::kGood) return CommandStatus::kRefused;
+  const LocalizerStatus set = localizer_.set_start(command.pose, command.number[0], command.number[1]);
+  CAIRN_ASSERT(set == LocalizerStatus::kReady);  // judge_content asks for more
+  executive_.restart();
+  return CommandStatus::kAccepted;
+}
+
+CommandStatus FlightApp::set_trim(Command& command, std::uint8_t& detail) {
+  const ContentStatus content = judge_content(command);
+  detail = static_cast<std::uint8_t>(content);
+  if (content != ContentStatus::kGood) return CommandStatus::kRefused;
+  const LocalizerStatus set = localizer_.set_trim({command.number[0], command.number[1]});
+  CAIRN_ASSERT(set == LocalizerStatus::kReady);
+  return CommandStatus::kAccepted;
+}
+
+CommandStatus FlightApp::take_prior(Command& command, std::uint8_t& detail) {
+  ContentStatus content = judge_content(command);
+  if (content == ContentStatus::kGood && any_pair_) content = judge_pair(command.pair, pair_number_);
+  detail = static_cast<std::uint8_t>(content);
+  if (content != ContentStatus::kGood) {
+    ++bad_priors_;
+    return content == ContentStatus::kPairGone ? CommandStatus::kStale : CommandStatus::kRefused;
+  }
+  prior_ = command.pose;
+  prior_pair_ = command.pair;
+  have_prior_ = true;
+  return CommandStatus::kAccepted;
 }
 
 CommandStatus FlightApp::load_map(std::uint8_t& detail) {
-  localizer_.set_map(OrbitalMap());
   const hal::Bytes bank = hal::map_bank();
   const MapStatus map = validation_.start(bank.data, bank.size);
   validating_ = true;  // where it was refused at once, the first step is its end, and health tells of it
@@ -147,7 +180,9 @@ bool FlightApp::validate_map(WorkBudget& slice) {
   if (validation_.step(slice) == Progress::kDone) {
     validating_ = false;
     map_status_ = validation_.status();
-    localizer_.set_map(validation_.result());
+    const hal::Bytes bank = hal::map_bank();
+    const bool stays = !may_be_used(map_status_) && localizer_.map().still_in(bank.data, bank.size);
+    if (!stays) localizer_.set_map(validation_.result());
     report_health();  // tells the map's status
   }
   return true;
@@ -159,7 +194,7 @@ bool FlightApp::take_pair() {
     // VO still reads the images: the new pair goes nowhere, and the minor frame is spent on the old one.
     if (!hal::camera_take({nullptr, nullptr, 0}, info)) return false;
     (void)executive_.begin_minor(localizer_, ImageU8(), ImageU8(), nullptr);
-    have_prior_ = false;  // it told of the pair that is gone
+    static_cast<void>(prior_of(info.number));  // goes with its pair
     return true;
   }
   if (!hal::camera_take({left_, right_, sizeof left_}, info)) return false;
@@ -167,15 +202,24 @@ bool FlightApp::take_pair() {
     const bool fits = width > 0 && height > 0 && width <= cfg::kImageWidth && height <= cfg::kImageHeight;
     return fits ? packed_view(data, width, height) : ImageU8();
   };
+  any_pair_ = true;
   pair_number_ = info.number;
   pair_time_us_ = info.t_capture_us;
-  const LocalizerStatus status = executive_.begin_minor(
-      localizer_, view(left_, info.left_width, info.left_height),
-      view(right_, info.right_width, info.right_height), have_prior_ ? &prior_ : nullptr);
-  have_prior_ = false;
+  const LocalizerStatus status =
+      executive_.begin_minor(localizer_, view(left_, info.left_width, info.left_height),
+                             view(right_, info.right_width, info.right_height), prior_of(info.number));
   if (status != LocalizerStatus::kReady)
     report_minor();  // no start pose: the report says so, and nothing moves
   return true;
+}
+
+const Pose3* FlightApp::prior_of(std::uint32_t pair) {
+  const std::uint32_t ahead = prior_pair_ - pair;
+  if (!have_prior_ || (ahead != 0 && ahead < 0x80000000U)) return nullptr;  // of a pair to come
+  have_prior_ = false;
+  if (ahead == 0) return &prior_;
+  ++bad_priors_;
+  return nullptr;
 }
 
 void FlightApp::report_minor() {
@@ -250,10 +294,11 @@ void FlightApp::report_health() {
   r.abandoned_boulders = health.abandoned_boulders;
   r.dropped_tracks = health.dropped_tracks;
   r.dropped_pairs = executive_.counts().dropped_pairs;
-  r.bad_priors = health.bad_priors;
-  r.bad_commands = bad_commands_;
+  r.bad_priors = health.bad_priors + bad_priors_;
+  r.commands = commands_;
   r.lost_packets = lost_packets_;
   r.map_status = static_cast<std::uint8_t>(map_status_);
+  r.map_crc = localizer_.map().head_crc();
   send(r);
 }
 

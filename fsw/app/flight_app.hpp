@@ -8,10 +8,19 @@
 /// A cycle: kick the watchdog, then the first of these that there is: go on with the minor frame, and report
 /// it at its end; carry out one telecommand; go on with the validation of a map, or with the verification of
 /// an upload; take the next pair. So no telecommand falls into a minor frame, whatever the slicing.
+///
+/// Telecommands are judged in this order: packet (telecommand.hpp), sequence number (command_order.hpp),
+/// values (command_content.hpp), then by who carries them out. What is refused changes nothing.
+///
+/// The map in use stays until another one is whole and good. `load map` validates the bank beside it: a good
+/// map takes over, and where the bank turns out bad the map in use goes on as long as its own bytes are still
+/// there (OrbitalMap::still_in), with what the upset cost it.
 #pragma once
 
 #include <cstdint>
 
+#include "app/command_content.hpp"
+#include "app/command_order.hpp"
 #include "app/executive.hpp"
 #include "app/telecommand.hpp"
 #include "app/telemetry.hpp"
@@ -38,7 +47,10 @@ class FlightApp {
 
  private:
   bool take_command();  ///< false: nothing to do, here and below
-  CommandStatus carry_out(const Command& command, std::uint8_t& detail);
+  CommandStatus carry_out(Command& command, std::uint8_t& detail);
+  CommandStatus set_start(Command& command, std::uint8_t& detail);
+  CommandStatus set_trim(Command& command, std::uint8_t& detail);
+  CommandStatus take_prior(Command& command, std::uint8_t& detail);
   CommandStatus load_map(std::uint8_t& detail);
   CommandStatus begin_upload(const UploadPlan& plan, std::uint8_t& detail);
   CommandStatus take_chunk(const Command& command, std::uint8_t& detail);
@@ -46,6 +58,8 @@ class FlightApp {
   bool validate_map(WorkBudget& slice);
   bool verify_upload(WorkBudget& slice);
   bool take_pair();
+  /// The prior of this pair, null where there is none; one whose pair never came is let go and counted.
+  const Pose3* prior_of(std::uint32_t pair);
   void report_minor();
   void report_fix();
   void report_health();
@@ -59,12 +73,16 @@ class FlightApp {
   bool validating_ = false;
   MapStatus map_status_ = MapStatus::kIdle;  ///< of the last map that was judged for use
   MapTransfer transfer_;
+  CommandOrder order_;
   Pose3 prior_;
+  std::uint32_t prior_pair_ = 0;
   bool have_prior_ = false;
+  bool any_pair_ = false;
   std::uint32_t pair_number_ = 0;
   std::uint64_t pair_time_us_ = 0;
   std::uint32_t sequence_ = 0;
-  std::uint32_t bad_commands_ = 0;
+  std::uint32_t bad_priors_ = 0;
+  std::array<std::uint32_t, kCommandStatusCount> commands_{};  ///< by CommandStatus
   std::uint32_t lost_packets_ = 0;
   Packet packet_;
   std::uint8_t left_[cfg::kImagePixels] = {};

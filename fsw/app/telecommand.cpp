@@ -13,7 +13,10 @@ bool walk(Walker& w, C& c) {
       w.field(c.number);
       return true;
     case CommandType::kSetTrim: w.field(c.number); return true;
-    case CommandType::kMotionPrior: w.field(c.pose); return true;
+    case CommandType::kMotionPrior:
+      w.field(c.pair);
+      w.field(c.pose);
+      return true;
     case CommandType::kLoadMap:
     case CommandType::kReportUpload: return true;
     case CommandType::kBeginUpload:
@@ -47,6 +50,7 @@ CommandStatus decode(const std::uint8_t* bytes, std::size_t size, Command& out) 
   if (check_packet(bytes, size, head) != PacketStatus::kGood) return CommandStatus::kBadPacket;
   out.type = static_cast<CommandType>(head.type);
   out.sequence = head.sequence;
+  out.crc = be::get_u32(bytes + size - kPacketCrcBytes);
   if (out.type == CommandType::kMapChunk) {
     if (size < kPacketHeaderBytes + kLeastChunkBytes + kPacketCrcBytes) return CommandStatus::kBadPacket;
     out.chunk = bytes + kPacketHeaderBytes;

@@ -70,6 +70,7 @@ void walk(Walker& w, Report& r, const AckReport*) {
   w.field(r.command_type);
   w.field(r.status);
   w.field(r.detail);
+  w.field(r.newest);
 }
 
 template <typename Walker, typename Report>
@@ -84,9 +85,10 @@ void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.dropped_tracks);
   w.field(r.dropped_pairs);
   w.field(r.bad_priors);
-  w.field(r.bad_commands);
+  w.field(r.commands);
   w.field(r.lost_packets);
   w.field(r.map_status);
+  w.field(r.map_crc);
 }
 
 template <typename Walker, typename Report>

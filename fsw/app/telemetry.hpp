@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "app/packet.hpp"
+#include "app/telecommand.hpp"
 #include "localizer/localizer.hpp"
 #include "orbital_map/map_transfer.hpp"
 #include "schedule.hpp"
@@ -89,8 +90,9 @@ struct AckReport {
   static constexpr TelemetryType kType = TelemetryType::kAck;
   std::uint32_t command_sequence = 0;
   std::uint8_t command_type = 0;
-  std::uint8_t status = 0;  ///< CommandStatus
-  std::uint8_t detail = 0;  ///< LocalizerStatus, MapStatus or what else of the command's, by its type
+  std::uint8_t status = 0;   ///< CommandStatus
+  std::uint8_t detail = 0;   ///< ContentStatus, MapStatus or what else of the command's, by its type
+  std::uint32_t newest = 0;  ///< number of the newest command of this type that was accepted
 };
 
 /// Counts since the start, once a major frame.
@@ -105,10 +107,11 @@ struct HealthReport {
   std::uint32_t abandoned_boulders = 0;
   std::uint32_t dropped_tracks = 0;
   std::uint32_t dropped_pairs = 0;
-  std::uint32_t bad_priors = 0;
-  std::uint32_t bad_commands = 0;
+  std::uint32_t bad_priors = 0;  ///< refused, too late, or of a pair that never came
+  std::array<std::uint32_t, kCommandStatusCount> commands{};  ///< by CommandStatus
   std::uint32_t lost_packets = 0;
-  std::uint8_t map_status = 0;  ///< MapStatus
+  std::uint8_t map_status = 0;  ///< MapStatus of the last map that was judged for use
+  std::uint32_t map_crc = 0;    ///< head CRC of the map in use, 0 where there is none
 };
 
 /// How the upload of a map stands: when one is begun, complete, verified or in use, and on command.

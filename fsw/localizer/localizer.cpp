@@ -76,7 +76,8 @@ LocalizerStatus Localizer::set_start(const Pose3& T_map_rover, double sigma_xy_m
 }
 
 LocalizerStatus Localizer::set_trim(const StepTrim& trim) {
-  if (!(trim.scale >= 0.5 && trim.scale <= 2.0) || !(std::fabs(trim.yaw_rad_per_m) <= 0.1)) {
+  if (!(trim.scale >= StepTrim::kLeastScale && trim.scale <= StepTrim::kMostScale) ||
+      !(std::fabs(trim.yaw_rad_per_m) <= StepTrim::kMostTurn_rad_per_m)) {
     return LocalizerStatus::kBadTrim;
   }
   trim_ = trim;

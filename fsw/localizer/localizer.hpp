@@ -38,8 +38,12 @@ enum class CorrectionMode : std::uint8_t { kWeighted, kWhole };
 /// Scale and turn that each VO step gets before anything else sees it: trims a rig whose baseline or toe-in
 /// is known to be off. Worsening VO on purpose, for trials, is the same thing.
 struct StepTrim {
-  double scale = 1.0;          ///< [0.5, 2]
-  double yaw_rad_per_m = 0.0;  ///< added turn about the rover's z, [-0.1, 0.1]
+  static constexpr double kLeastScale = 0.5;
+  static constexpr double kMostScale = 2.0;
+  static constexpr double kMostTurn_rad_per_m = 0.1;
+
+  double scale = 1.0;
+  double yaw_rad_per_m = 0.0;  ///< added turn about the rover's z, either way
 };
 
 struct LocalizerParams {

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kSequence = 0x81726354U;
 const Pose3 kPose{Quat(0.5, -0.5, 0.25, 0.75), Vec3(1.5, -2.25, 1e-3)};
-constexpr std::size_t kSizes[] = {84, 28, 68, 12, 23, 29, 16, 12};  // by type, from 1
+constexpr std::size_t kSizes[] = {84, 28, 72, 12, 23, 29, 16, 12};  // by type, from 1
 constexpr std::uint8_t kChunk[] = {9, 8, 7, 6, 5, 4, 3, 2, 1, 0, 10, 11, 12, 13, 14, 15, 16};
 constexpr int kLastType = 8;
 
@@ -26,6 +26,7 @@ Command command(int type) {
   Command c;
   c.type = static_cast<CommandType>(type);
   c.sequence = kSequence;
+  c.pair = 0x91929394U;
   c.pose = kPose;
   c.number[0] = 0.05;
   c.number[1] = -0.01;
@@ -37,6 +38,7 @@ Command command(int type) {
 
 PacketBytes bytes_of(int type) {
   PacketBytes b(static_cast<std::uint8_t>(type), kSequence);
+  if (type == 3) b.u32(0x91929394U);
   if (type == 1 || type == 3) b.pose(kPose);
   if (type == 1 || type == 2) {
     b.f64(0.05);
@@ -71,6 +73,7 @@ void test_every_byte_is_as_the_icd_says(void**) {
     assert_status(decode(expected.data(), expected.size(), back), CommandStatus::kAccepted);
     assert_status(back.type, type);
     assert_int_equal(back.sequence, kSequence);
+    assert_int_equal(back.crc, be::get_u32(expected.data() + expected.size() - 4));
     encode(back, packet);
     assert_memory_equal(packet.data(), expected.data(), expected.size());
   }

@@ -114,10 +114,11 @@ PacketBytes ack_bytes() {
   PacketBytes b(4, kSequence);
   b.u32(0x01020304U);
   for (const unsigned v : {0x21U, 0x22U, 0x23U}) b.u8(v);
+  b.u32(0x05060708U);
   b.finish();
   return b;
 }
-const AckReport kAck{0x01020304U, 0x21, 0x22, 0x23};
+const AckReport kAck{0x01020304U, 0x21, 0x22, 0x23, 0x05060708U};
 
 HealthReport health_report() {
   HealthReport r;
@@ -132,16 +133,18 @@ HealthReport health_report() {
   r.dropped_tracks = next++;
   r.dropped_pairs = next++;
   r.bad_priors = next++;
-  r.bad_commands = next++;
+  for (std::uint32_t& v : r.commands) v = next++;
   r.lost_packets = next++;
   r.map_status = 0x77;
+  r.map_crc = 0x01020304U;
   return r;
 }
 
 PacketBytes health_bytes() {
   PacketBytes b(5, kSequence);
-  for (std::uint32_t i = 1; i <= 42; ++i) b.u32(0xA0000000U + i);
+  for (std::uint32_t i = 1; i <= 48; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
+  b.u32(0x01020304U);
   b.finish();
   return b;
 }
@@ -200,8 +203,8 @@ void test_every_byte_is_as_the_icd_says(void**) {
   check_round_trip(frame_report(), frame_bytes(), 1, 189);
   check_round_trip(fix_report(), fix_bytes(), 2, 74);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
-  check_round_trip(kAck, ack_bytes(), 4, 19);
-  check_round_trip(health_report(), health_bytes(), 5, 181);
+  check_round_trip(kAck, ack_bytes(), 4, 23);
+  check_round_trip(health_report(), health_bytes(), 5, 209);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -275,8 +278,8 @@ void test_other_versions_and_types(void**) {
   }
   assert_status(status_of<FrameReport>(fix_bytes(), 74), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
-  assert_status(status_of<BoulderReport>(ack_bytes(), 19), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 181), PacketStatus::kOtherType);
+  assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 209), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
   assert_status(status_of<UploadReport>(frame_bytes(), 189), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {

@@ -57,9 +57,16 @@ struct GroundStation {
   }
 };
 
+/// Gives a command without a number (0) the next one.
+inline app::Command numbered(app::Command command) {
+  static std::uint32_t last = 1000;
+  if (command.sequence == 0) command.sequence = ++last;
+  return command;
+}
+
 inline std::vector<std::uint8_t> packet_of(const app::Command& command) {
   static app::Packet packet;
-  app::encode(command, packet);
+  app::encode(numbered(command), packet);
   return {packet.begin(), packet.end()};
 }
 

@@ -1,10 +1,12 @@
 // The flight module through the host's hal: commands, maps, spoiled pairs, a link without room.
 #include "app/flight_app.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
+#include "hal/nvm.hpp"
 #include "integration/ground_station.hpp"
 #include "integration/replay.hpp"
 
@@ -73,6 +75,10 @@ const app::HealthReport& health() {
   return down.healths.back();
 }
 
+std::uint32_t count(const app::HealthReport& h, CommandStatus status) {
+  return h.commands[static_cast<std::size_t>(status)];
+}
+
 /// Sends raw bytes up; the ack.
 app::AckReport answer(std::vector<std::uint8_t> bytes) {
   const std::size_t before = down.acks.size();
@@ -81,10 +87,12 @@ app::AckReport answer(std::vector<std::uint8_t> bytes) {
   assert_int_equal(down.acks.size(), before + 1);
   return down.acks.back();
 }
-void check_answer(const app::Command& command, CommandStatus status, int detail) {
+template <typename Detail>
+void check_answer(const app::Command& unnumbered, CommandStatus status, Detail detail) {
+  const app::Command command = numbered(unnumbered);
   const app::AckReport ack = answer(packet_of(command));
   assert_status(ack.status, status);
-  assert_int_equal(ack.detail, detail);
+  assert_int_equal(ack.detail, static_cast<int>(detail));
   assert_status(ack.command_type, command.type);
   assert_int_equal(ack.command_sequence, command.sequence);
 }
@@ -144,7 +152,10 @@ void test_bad_rig(void**) {
 
 void test_start_commands(void**) {
   begin();
-  const int refused = static_cast<int>(LocalizerStatus::kBadPose);
+  const app::ContentStatus why[] = {app::ContentStatus::kNotFinite,  app::ContentStatus::kNotFinite,
+                                    app::ContentStatus::kNotFinite,  app::ContentStatus::kQuaternion,
+                                    app::ContentStatus::kQuaternion, app::ContentStatus::kSigmaXy,
+                                    app::ContentStatus::kSigmaYaw,   app::ContentStatus::kNotFinite};
   for (int what = 0; what < 8; ++what) {
     app::Command c = start_command(*data.truth_rover(0), 70 + what);
     if (what == 0) c.pose.t.x() = kNaN;
@@ -155,7 +166,7 @@ void test_start_commands(void**) {
     if (what == 5) c.number[0] = 0.0;
     if (what == 6) c.number[1] = -0.01;
     if (what == 7) c.number[1] = kNaN;
-    check_answer(c, CommandStatus::kRefused, refused);
+    check_answer(c, CommandStatus::kRefused, why[what]);
   }
   assert_status(take(0).pose_source, PoseSource::kNone);
   check_answer(start_command(*data.truth_rover(0), 99), CommandStatus::kAccepted, 0);
@@ -163,9 +174,11 @@ void test_start_commands(void**) {
   // A refused one does not disturb the drive.
   app::Command bad = start_command(*data.truth_rover(0), 100);
   bad.pose.t.y() = kNaN;
-  check_answer(bad, CommandStatus::kRefused, refused);
+  check_answer(bad, CommandStatus::kRefused, app::ContentStatus::kNotFinite);
   assert_status(take(1).pose_source, PoseSource::kVo);
-  assert_int_equal(health().bad_commands, 10);  // with the one that asks for health
+  const app::HealthReport& h = health();
+  assert_int_equal(count(h, CommandStatus::kRefused), 10);  // with the one that asks for health
+  assert_int_equal(count(h, CommandStatus::kAccepted), 1);
 }
 
 void test_trim_commands(void**) {
@@ -173,17 +186,19 @@ void test_trim_commands(void**) {
   const double inf = std::numeric_limits<double>::infinity();
   const struct {
     double scale, yaw;
-    bool good;
-  } trims[] = {{1.0, 0.0, true},    {0.5, -0.1, true},  {2.0, 0.1, true},  {0.4999, 0.0, false},
-               {2.001, 0.0, false}, {kNaN, 0.0, false}, {inf, 0.0, false}, {1.0, 0.1001, false},
-               {1.0, kNaN, false},  {1.0, -0.11, false}};
+    app::ContentStatus status;
+  } trims[] = {{1.0, 0.0, app::ContentStatus::kGood},       {0.5, -0.1, app::ContentStatus::kGood},
+               {2.0, 0.1, app::ContentStatus::kGood},       {0.4999, 0.0, app::ContentStatus::kScale},
+               {2.001, 0.0, app::ContentStatus::kScale},    {kNaN, 0.0, app::ContentStatus::kNotFinite},
+               {inf, 0.0, app::ContentStatus::kNotFinite},  {1.0, 0.1001, app::ContentStatus::kTurn},
+               {1.0, kNaN, app::ContentStatus::kNotFinite}, {1.0, -0.11, app::ContentStatus::kTurn}};
   for (const auto& trim : trims) {
     app::Command c;
     c.type = CommandType::kSetTrim;
     c.number[0] = trim.scale;
     c.number[1] = trim.yaw;
-    check_answer(c, trim.good ? CommandStatus::kAccepted : CommandStatus::kRefused,
-                 static_cast<int>(trim.good ? LocalizerStatus::kReady : LocalizerStatus::kBadTrim));
+    const bool good = trim.status == app::ContentStatus::kGood;
+    check_answer(c, good ? CommandStatus::kAccepted : CommandStatus::kRefused, trim.status);
   }
 }
 
@@ -217,7 +232,9 @@ void test_damaged_commands(void**) {
   down.run();
   assert_int_equal(down.acks.size(), bad);
   assert_status(take(0).pose_source, PoseSource::kNone);
-  assert_int_equal(health().bad_commands, bad + 1);
+  const app::HealthReport& h = health();
+  assert_int_equal(count(h, CommandStatus::kBadPacket), bad - 1);
+  assert_int_equal(count(h, CommandStatus::kUnknownType), 1);
 }
 
 void test_commands_wait_for_the_frames_end(void**) {
@@ -227,7 +244,8 @@ void test_commands_wait_for_the_frames_end(void**) {
   assert_status(app::root.cycle(), app::FlightApp::State::kBusy);  // the pair is taken
   assert_status(app::root.cycle(1000), app::FlightApp::State::kBusy);
   assert_true(app::root.executive().busy());
-  send(start_command(*data.truth_rover(7), 42));
+  const app::Command start = numbered(start_command(*data.truth_rover(7)));
+  send(start);
   queue(left(7), right(7));
   const std::size_t acks = down.acks.size();
   while (down.frames.size() < 2) {
@@ -236,7 +254,7 @@ void test_commands_wait_for_the_frames_end(void**) {
   }
   assert_status(down.frames.back().pose_source, PoseSource::kVo);
   down.run();
-  assert_int_equal(down.acks.back().command_sequence, 42);
+  assert_int_equal(down.acks.back().command_sequence, start.sequence);
   assert_int_equal(down.frames.size(), 3);
   assert_status(down.frames.back().pose_source, PoseSource::kStart);
   assert_at_most((down.frames.back().T_map_cam.t - data.truth_cam(7)->t).norm(), 0.01);
@@ -280,17 +298,19 @@ void test_maps(void**) {
   check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
 }
 
-/// Each bad map leaves the module without one; the fix says so. Blind frames, as a fix needs
-/// no picture for it.
+/// A bank that was written anew, and badly, leaves the module without a map; the fix says so. Blind frames,
+/// as a fix needs no picture for it.
 void test_a_bad_map_is_no_map(void**) {
   begin_at_start();
   check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
   for (int n = 0; n < cfg::kMinorFrames; ++n) take({}, {});
   assert_status(down.fixes.back().status, FixStatus::kNoLocalBoulders);
   assert_true(down.fixes.back().map_boulders > 0);
+  assert_true(down.healths.back().map_crc != 0);
   std::vector<std::uint8_t> bytes = rock_map;
   bytes.back() ^= 16U;
   check_map(bytes, MapStatus::kChecking, MapStatus::kPayloadCrc);
+  assert_int_equal(down.healths.back().map_crc, 0);
   for (int n = 0; n < cfg::kMinorFrames; ++n) take({}, {});
   assert_status(down.fixes.back().status, FixStatus::kNoMap);
   assert_int_equal(down.fixes.size(), 2);
@@ -361,23 +381,198 @@ void test_swapped_and_noise_pairs(void**) {
   check_good(3);
 }
 
-void test_bad_motion_priors_are_counted(void**) {
+app::Command prior_command(std::uint32_t pair, const Pose3& T_prev_cur) {
+  app::Command c;
+  c.type = CommandType::kMotionPrior;
+  c.pair = pair;
+  c.pose = T_prev_cur;
+  return c;
+}
+Pose3 true_step(std::size_t i) { return data.truth_cam(i - 1)->inverse() * *data.truth_cam(i); }
+
+void test_bad_motion_priors_are_refused_and_counted(void**) {
   begin_at_start();
   take(0);
-  app::Command prior;
-  prior.type = CommandType::kMotionPrior;
+  app::Command prior = prior_command(next_number + 1, Pose3());
   prior.pose.t.x() = kNaN;
-  check_answer(prior, CommandStatus::kAccepted, 0);
+  check_answer(prior, CommandStatus::kRefused, app::ContentStatus::kNotFinite);
   check_good(1);
   prior.pose = Pose3();
   prior.pose.q.coeffs() *= 3.0;
-  check_answer(prior, CommandStatus::kAccepted, 0);
+  check_answer(prior, CommandStatus::kRefused, app::ContentStatus::kQuaternion);
+  check_answer(prior_command(next_number + 5000, Pose3()), CommandStatus::kRefused,
+               app::ContentStatus::kPairFar);
   check_good(2);
-  prior.pose = data.truth_cam(2)->inverse() * *data.truth_cam(3);
-  check_answer(prior, CommandStatus::kAccepted, 0);
+  check_answer(prior_command(next_number + 1, true_step(3)), CommandStatus::kAccepted,
+               app::ContentStatus::kGood);
   check_good(3);
   check_good(4);  // a prior serves one pair
+  assert_int_equal(health().bad_priors, 3);
+}
+
+/// Frames that VO cannot see move by the prior that names them, and by no other.
+void test_a_motion_prior_serves_the_pair_that_it_names(void**) {
+  begin_at_start();
+  take(0);
+  take(1);
+  Pose3 far;  // 0.3 m forward: nothing like the drive's own steps
+  far.t.z() = 0.3;
+  bool upside_down = false;
+  const auto lost = [&]() -> double {  // head over heels, and back: VO loses its way
+    host::Picture l = left(20);
+    host::Picture r = right(20);
+    upside_down = !upside_down;
+    if (upside_down) {
+      std::reverse(l.pixels.begin(), l.pixels.end());
+      std::reverse(r.pixels.begin(), r.pixels.end());
+      std::swap(l, r);
+    }
+    const Vec3 before = down.frames.back().T_map_cam.t;
+    const app::FrameReport& report = take(std::move(l), std::move(r));
+    assert_status(report.pose_source, PoseSource::kExtrapolated);
+    return (report.T_map_cam.t - before).norm();
+  };
+  const double own = (data.truth_cam(1)->t - data.truth_cam(0)->t).norm();
+  check_answer(prior_command(next_number + 2, far), CommandStatus::kAccepted, 0);
+  assert_near(lost(), own, 0.03);  // not yet
+  assert_near(lost(), 0.3, 0.01);  // now
+  assert_near(lost(), own, 0.03);  // and no more
+  // Of a pair that was taken: as stale as an older number, and told apart by the detail.
+  check_answer(prior_command(next_number, far), CommandStatus::kStale, app::ContentStatus::kPairGone);
+  assert_near(lost(), own, 0.03);
+  // Its pair never comes.
+  check_answer(prior_command(next_number + 1, far), CommandStatus::kAccepted, 0);
+  ++next_number;
+  assert_near(lost(), own, 0.03);
   assert_int_equal(health().bad_priors, 2);
+}
+
+/// Pose, sigma and map, to the bit.
+struct Standing {
+  Pose3 T_map_rover = app::root.localizer().T_map_rover();
+  Pose3 T_map_cam_vo = app::root.localizer().vo_T_map_cam();
+  double sigma_xy_m = app::root.localizer().fusion().sigma_xy_m();
+  std::uint32_t map_crc = app::root.localizer().map().head_crc();
+  int minor = app::root.executive().minor();
+
+  friend bool operator==(const Standing& a, const Standing& b) {
+    return a.T_map_rover.t == b.T_map_rover.t && a.T_map_rover.q.coeffs() == b.T_map_rover.q.coeffs() &&
+           a.T_map_cam_vo.t == b.T_map_cam_vo.t && a.sigma_xy_m == b.sigma_xy_m && a.map_crc == b.map_crc &&
+           a.minor == b.minor;
+  }
+};
+
+/// Each command a second time, overtaken by its successor, and with its number on another content.
+void test_commands_that_come_again_change_nothing(void**) {
+  begin_at_start();
+  host::load_map_bank(rock_map);
+  app::Command load;
+  app::Command trim;
+  trim.type = CommandType::kSetTrim;
+  trim.number[0] = 1.0;
+  app::Command upload;
+  upload.type = CommandType::kBeginUpload;
+  upload.upload = {1, 77, 1000, 100};
+  const app::Command start = start_command(*data.truth_rover(0));
+  const app::Command prior = prior_command(next_number + 4, Pose3());
+  for (app::Command c : {start, trim, prior, load, upload}) {
+    c = numbered(c);
+    app::Command older = c;
+    older.sequence = c.sequence - 1;
+    const app::AckReport first = answer(packet_of(c));
+    assert_status(first.status, CommandStatus::kAccepted);
+    assert_int_equal(first.newest, c.sequence);
+    if (c.type == start.type) {
+      take(0);
+      check_good(1);
+      check_good(2);
+    }
+    const Standing before;
+    const std::size_t uploads = down.uploads.size();
+    check_answer(c, CommandStatus::kRepeated, first.detail);
+    assert_int_equal(down.acks.back().newest, c.sequence);
+    check_answer(older, CommandStatus::kStale, 0);
+    assert_int_equal(down.acks.back().newest, c.sequence);
+    app::Command other = c;
+    other.type = c.type;
+    other.pose.t.x() += 1.0;
+    other.pair += 1;
+    other.number[0] += 0.5;
+    other.upload.id += 1;
+    if (c.type != load.type) check_answer(other, CommandStatus::kContradicts, 0);
+    assert_true(Standing() == before);
+    assert_int_equal(down.uploads.size(), uploads);
+  }
+  check_good(3);  // goes on from where it was
+  const app::HealthReport& h = health();
+  assert_int_equal(count(h, CommandStatus::kRepeated), 5);
+  assert_int_equal(count(h, CommandStatus::kStale), 5);
+  assert_int_equal(count(h, CommandStatus::kContradicts), 4);
+}
+
+/// The ground has lost its count: the ack tells what to go on from. A module started anew takes any number.
+void test_a_ground_segment_that_begins_anew(void**) {
+  begin();
+  app::Command start = start_command(*data.truth_rover(0), 0xFFFFFFF0U);
+  check_answer(start, CommandStatus::kAccepted, 0);
+  start.sequence = 0xFFFFFF00U;
+  const app::AckReport ack = answer(packet_of(start));
+  assert_status(ack.status, CommandStatus::kStale);
+  start.sequence = ack.newest + 1;
+  check_answer(start, CommandStatus::kAccepted, 0);
+  start.sequence = 5;  // beyond the wrap
+  check_answer(start, CommandStatus::kAccepted, 0);
+  begin();
+  start.sequence = 0xFFFFFF00U;
+  check_answer(start, CommandStatus::kAccepted, 0);
+}
+
+/// It changed nothing, so that the same packet may be sent again when what it waits for is there.
+void test_a_refused_command_may_come_again(void**) {
+  begin();
+  app::Command load;
+  load.sequence = 7;
+  check_answer(load, CommandStatus::kRefused, MapStatus::kNoMap);
+  host::load_map_bank(rock_map);
+  check_answer(load, CommandStatus::kAccepted, MapStatus::kChecking);
+  check_answer(load, CommandStatus::kRepeated, MapStatus::kChecking);
+  assert_true(app::root.localizer().map().usable());
+}
+
+/// Any one flipped bit of the bank: a map that worked goes on, with the status of the bank told.
+void test_an_upset_bank_keeps_its_map(void**) {
+  begin_at_start();
+  check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
+  const std::uint32_t crc = down.healths.back().map_crc;
+  assert_int_equal(crc, app::root.localizer().map().head_crc());
+  const hal::Bytes bank = hal::map_bank();
+  auto* bytes = const_cast<std::uint8_t*>(bank.data);  // the upset
+  for (std::size_t bit = 0; bit < 8 * bank.size; bit += kSanitized ? 97 : 7) {
+    bytes[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+    send(app::Command());
+    down.run();
+    bytes[bit / 8] ^= static_cast<std::uint8_t>(1U << bit % 8);
+    const auto status = static_cast<MapStatus>(down.healths.back().map_status);
+    assert_true(status != MapStatus::kUsable);
+    assert_int_equal(down.healths.back().map_crc, crc);
+  }
+  assert_true(app::root.localizer().map().count() > 0);
+  for (int n = 0; n < cfg::kMinorFrames; ++n) take({}, {});
+  assert_true(down.fixes.back().map_boulders > 0);
+  // In the same place, but another map that is bad: the old one is gone, and is not mixed with it.
+  FlightMap other;
+  auto rocks = true_rocks(kSample);
+  for (auto& rock : rocks) rock.p_map_m.x() += 1.0;
+  rocks.resize(rocks.size() / 2);
+  assert_status(other.make(rocks), MapStatus::kUsable);
+  assert_true(other.bytes.size() <= bank.size);
+  std::copy(other.bytes.begin(), other.bytes.end(), bytes);
+  bytes[20] ^= 1U;
+  send(app::Command());
+  down.run();
+  assert_status(down.healths.back().map_status, MapStatus::kHeaderCrc);
+  assert_int_equal(down.healths.back().map_crc, 0);
+  assert_false(app::root.localizer().map().usable());
 }
 
 void test_a_link_without_room(void**) {
@@ -410,9 +605,8 @@ void test_overrun_of_vo(void**) {
   slow.vo.motion.min_inliers = 4;
   begin_at_start(slow);
   take(0);
-  app::Command prior;  // for the pair that is dropped: it goes with it
-  prior.type = CommandType::kMotionPrior;
-  prior.pose.t.x() = kNaN;
+  // For the pair that is dropped: it goes with it.
+  const app::Command prior = prior_command(next_number + 2, Pose3());
   const app::FrameReport first = take(1);
   assert_status(first.vo_status, VoStatus::kRunning);
   send(prior);
@@ -472,7 +666,12 @@ int main() {
       cmocka_unit_test(test_a_bad_map_is_no_map),
       cmocka_unit_test(test_spoiled_pairs),
       cmocka_unit_test(test_swapped_and_noise_pairs),
-      cmocka_unit_test(test_bad_motion_priors_are_counted),
+      cmocka_unit_test(test_bad_motion_priors_are_refused_and_counted),
+      cmocka_unit_test(test_a_motion_prior_serves_the_pair_that_it_names),
+      cmocka_unit_test(test_commands_that_come_again_change_nothing),
+      cmocka_unit_test(test_a_ground_segment_that_begins_anew),
+      cmocka_unit_test(test_a_refused_command_may_come_again),
+      cmocka_unit_test(test_an_upset_bank_keeps_its_map),
       cmocka_unit_test(test_a_link_without_room),
       cmocka_unit_test(test_overrun_of_vo),
       cmocka_unit_test(test_parts_are_within_the_root),

@@ -64,7 +64,8 @@ void begin() {
   assert_status(down.healths.back().map_status, MapStatus::kUsable);
 }
 
-app::AckReport answer(const app::Command& command) {
+app::AckReport answer(const app::Command& unnumbered) {
+  const app::Command command = numbered(unnumbered);
   const std::size_t acks = down.acks.size();
   send(command);
   down.run();
@@ -244,17 +245,23 @@ void test_faults_leave_the_map_in_use(void**) {
   host::let_banks_switch(false);
   refused(use_command(id_of(new_map)), static_cast<int>(TransferStatus::kReady));
   host::let_banks_switch(true);
-  check_answer(use_command(id_of(new_map)), CommandStatus::kAccepted,
-               static_cast<int>(TransferStatus::kInUse));
+  const app::Command use = use_command(id_of(new_map));
+  check_answer(use, CommandStatus::kAccepted, static_cast<int>(TransferStatus::kInUse));
   check_in_use(new_map, kTiles);
   // Too late, and counted.
   check_answer(use_command(id_of(new_map)), CommandStatus::kRefused,
                static_cast<int>(TransferStatus::kInUse));
   check_answer(chunk_command(new_map, 5), CommandStatus::kRefused, static_cast<int>(ChunkStatus::kNoUpload));
+  // Once more, and overtaken: the banks are not switched back.
+  check_answer(use, CommandStatus::kRepeated, static_cast<int>(TransferStatus::kInUse));
+  app::Command late = use;
+  late.sequence -= 1;
+  check_answer(late, CommandStatus::kStale, 0);
+  check_in_use(new_map, kTiles);
   host::load_map_bank({});
   send(app::Command());
   down.run();
-  assert_int_equal(down.healths.back().bad_commands, 12);
+  assert_int_equal(down.healths.back().commands[static_cast<int>(CommandStatus::kRefused)], 12);
 }
 
 /// What was damaged on its way is refused as a packet, or as a chunk; in the spare bank, by the CRC.
