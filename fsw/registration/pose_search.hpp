@@ -6,10 +6,10 @@
 /// is looked at boulder by boulder, nearest to the pair's middle first, where it is surest: with t^2 = s^2
 /// (1.5 + 2 d^2 / L^2) at distance d from the middle of a pair of length L,
 ///     sum of max( ln(1-p), ln(p / (2 pi lambda t^2)) - r^2 / (2 t^2) )
-/// with r the distance to the nearest boulder, and given up where that falls below `give_up`. The best distinct ones, inside and outside of the
-/// prior's reach, are refined and weighed (EvidenceJob); then judge(). No luck is needed: a true pair
-/// among the pairs looked at is enough, and of 64 pairs of boulders of which half are true, none is
-/// with probability 1e-8.
+/// with r the distance to the nearest boulder; given up where that falls below `give_up`. The best distinct
+/// ones, inside and outside of the prior's reach, are refined and weighed (EvidenceJob); then judge(). No
+/// luck is needed: a true pair among the pairs looked at is enough, and of 64 pairs of boulders of which
+/// half are true, none is with a probability of some 1e-8.
 ///
 /// Where the prior's reach holds nothing acceptable, and the ring around it a pose that would have been
 /// accepted there, unique and second_margin better, the verdict is kInconsistentWithPrior, and

@@ -376,9 +376,10 @@ Verdict judge(const VerdictParams& params, const Evidence& best, double second_l
   if (share > 0.0) share = 0.0;
   if (false_ones > 0.0) v.chance_log = -(share + ln(false_ones));
   const double needed = params.ln_threshold - params.prior_log_odds;
-  if (best.innovation2 > params.innovation2_limit) {
+  const double have = v.log_ratio + params.calibration;
+  if (best.innovation2 > params.innovation2_limit && have + 0.5 * best.chi2 >= needed) {
     v.status = VerdictStatus::kInconsistentWithPrior;
-  } else if (v.log_ratio + params.calibration < needed) {
+  } else if (have < needed) {
     v.status = VerdictStatus::kTooLittleEvidence;
   } else if (v.log_ratio - second_log_ratio < params.second_margin) {
     v.status = VerdictStatus::kAmbiguous;

@@ -2,7 +2,7 @@
 // on wrong sites, on lattices, rows and clusters, in tracking; predicted against observed false rates;
 // coverage of the covariance. Plain ICP and a plain RANSAC beside it.
 //
-//   bench_fix [--trials N] [--seed S] [--threads T] [suite ...]
+//   bench_fix [--trials N] [--seed S] [--threads T] [--sigma-pair M] [suite ...]
 //
 // Right: accepted, within 3 sigma (sigma: root of the trace of the position's covariance) and 0.5 m. False:
 // accepted, more than 3 sigma and 0.3 m off. The pivot (the rover) is what is judged.
@@ -33,6 +33,7 @@ namespace {
 int trials = 200;
 std::uint64_t seed = 20001;  // of evaluation; tuning used those below 10000
 int threads = 2;
+double sigma_pair_m = 0.05;  // as the verdict takes it; the ground's own is View::noise_m
 
 struct Outcome {
   bool accepted = false;
@@ -74,7 +75,7 @@ bool wrong(const Outcome& o) { return o.accepted && o.error_m > 3.0 * o.sigma_m 
 
 void search(Engines& e, const Cell& cell, Outcome& o) {
   PoseSearchParams p;
-  p.evidence.sigma_pair_m = 0.05;
+  p.evidence.sigma_pair_m = sigma_pair_m;
   p.evidence.scale_sigma = cell.scale_sigma;
   if (cell.view.size_noise > 0.0) p.evidence.size_sigma = 1.2 * cell.view.size_noise;
   if (cell.confirmed) p.verdict.prior_log_odds = std::log(1.0e3);
@@ -106,7 +107,7 @@ void in_windows(Engines& e, const Cell& cell, Outcome& o) {
   Mat3 covariance = t.covariance;
   EvidenceSum sum;
   PoseSearchParams p;
-  p.evidence.sigma_pair_m = 0.05;
+  p.evidence.sigma_pair_m = sigma_pair_m;
   constexpr std::size_t kWindows = 3;
   for (std::size_t w = 0; w < kWindows; ++w) {
     t.local.clear();
@@ -456,9 +457,9 @@ void suite_scale() {
   }
 }
 
-/// Where log_ratio lies above t on other ground: bounded by e^-t, observed, and predicted from the same ground by
-/// importance sampling, P0(ratio > t) = E1[1 / ratio; ratio > t], with the shares of true boulders as the
-/// verdict assumes them. At rates of 1e-1 to 1e-3.
+/// Where log_ratio lies above t on other ground: bounded by e^-t, observed, and predicted from the same
+/// ground by importance sampling, P0(ratio > t) = E1[1 / ratio; ratio > t], with the shares of true
+/// boulders as the verdict assumes them. At rates of 1e-1 to 1e-3.
 void suite_calibration() {
   std::printf(
       "\nfalse rate of log_ratio > t: bound e^-t, observed (events), predicted by importance sampling\n");
@@ -543,6 +544,8 @@ int main(int argc, char** argv) {
       trials = std::max(1, std::atoi(argv[++i]));
     else if (a == "--seed" && more)
       seed = std::strtoull(argv[++i], nullptr, 10);
+    else if (a == "--sigma-pair" && more)
+      sigma_pair_m = std::atof(argv[++i]);
     else if (a == "--threads" && more)
       threads = std::clamp(std::atoi(argv[++i]), 1, 2);
     else
