@@ -1,7 +1,6 @@
 #include "app/flight_app.hpp"
 
 #include "hal/camera.hpp"
-#include "hal/clock.hpp"
 #include "hal/link.hpp"
 #include "hal/nvm.hpp"
 #include "hal/watchdog.hpp"

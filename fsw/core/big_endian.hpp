@@ -23,7 +23,6 @@ inline std::uint32_t get_u32(const std::uint8_t* p) {
 inline std::uint64_t get_u64(const std::uint8_t* p) {
   return (static_cast<std::uint64_t>(get_u32(p)) << 32U) | get_u32(p + 4);
 }
-inline std::int32_t get_i32(const std::uint8_t* p) { return static_cast<std::int32_t>(get_u32(p)); }
 inline double get_f64(const std::uint8_t* p) {
   const std::uint64_t bits = get_u64(p);
   double value = 0.0;
@@ -49,7 +48,6 @@ inline void put_u64(std::uint8_t* p, std::uint64_t v) {
   put_u32(p, static_cast<std::uint32_t>(v >> 32U));
   put_u32(p + 4, static_cast<std::uint32_t>(v));
 }
-inline void put_i32(std::uint8_t* p, std::int32_t v) { put_u32(p, static_cast<std::uint32_t>(v)); }
 inline void put_f64(std::uint8_t* p, double v) {
   std::uint64_t bits = 0;
   std::memcpy(&bits, &v, sizeof bits);

@@ -46,18 +46,4 @@ Vec3 triangulate(const StereoRig& rig, const StereoPixel& corrected) {
   return {(corrected.u_left - rig.cx_px) * z / rig.fx_px, (corrected.v_left - rig.cy_px) * z / rig.fy_px, z};
 }
 
-Mat3 triangulation_covariance(const StereoRig& rig, const Vec3& p_cam, double sigma_px) {
-  const double z = p_cam.z();
-  const double dz_dd = -z * z / (rig.fx_px * rig.baseline_m);
-  const double rx = p_cam.x() / z;
-  const double ry = p_cam.y() / z;
-  Mat3 J;                                             // columns: u_left, u_right, v (mean of two)
-  J << z / rig.fx_px + rx * dz_dd, -rx * dz_dd, 0.0,  //
-      ry * dz_dd, -ry * dz_dd, z / rig.fy_px,         //
-      dz_dd, -dz_dd, 0.0;
-  const double s2 = sigma_px * sigma_px;
-  const Vec3 variance(s2, s2, 0.5 * s2);
-  return J * variance.asDiagonal() * J.transpose();
-}
-
 }  // namespace cairn

@@ -51,9 +51,4 @@ StereoPixel sampson_correct(const StereoPixel& match);
 /// on its epipolar line.
 Vec3 triangulate(const StereoRig& rig, const StereoPixel& corrected);
 
-/// 3x3 covariance of the triangulated point in `cam`, m^2, from independent pixel noise of `sigma_px` on
-/// u_left, u_right and each of the two v (whose mean is used): first order, J S J^T. Along the ray it grows
-/// as z^4/(f b)^2.
-Mat3 triangulation_covariance(const StereoRig& rig, const Vec3& p_cam, double sigma_px);
-
 }  // namespace cairn

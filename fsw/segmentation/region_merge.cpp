@@ -25,7 +25,6 @@ RegionMergeStatus RegionMergeJob::start(const RegionMergeParams& params, RegionM
   level_grey_ = 0;
   pruning_ = false;
   joined_in_pass_ = 0;
-  passes_ = 0;
   status_ = RegionMergeStatus::kRunning;
   return status_;
 }
@@ -177,7 +176,6 @@ bool RegionMergeJob::may_join(std::uint16_t root, std::uint16_t partner) const {
 // A pass that joins nothing at the last level ends the merging, and one that joins nothing of the pruning
 // ends the job.
 void RegionMergeJob::end_pass() {
-  ++passes_;
   phase_ = Phase::kPrepare;
   kept_ = 0;
   const bool quiet = joined_in_pass_ == 0;

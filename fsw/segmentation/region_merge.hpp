@@ -47,7 +47,6 @@ class RegionMergeJob {
   Progress step(WorkBudget& budget);
   RegionMergeStatus status() const { return status_; }
   /// Passes over the image so far.
-  int passes() const { return passes_; }
 
  private:
   enum class Phase : std::uint8_t { kBegin, kScan, kJoin, kPrepare, kPairs, kCompress, kFlatten };
@@ -76,7 +75,6 @@ class RegionMergeJob {
   int level_grey_ = 0;
   bool pruning_ = false;
   int joined_in_pass_ = 0;
-  int passes_ = 0;
   int regions_ = 0;                               ///< in region_
   int pairs_ = 0;                                 ///< in pair_
   int kept_ = 0;                                  ///< of the regions or pairs that the phase went over

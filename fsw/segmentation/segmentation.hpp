@@ -102,8 +102,6 @@ class SegmentationJob {
   /// For telemetry and tuning: the tolerance that the connection ended with (above connect_grey where that
   /// gave more pieces than there is memory for), the pieces it gave, and the passes of the merging.
   int tolerance_grey() const { return tolerance_grey_; }
-  int region_numbers() const { return map_.numbers(); }
-  int merge_passes() const { return merge_.passes(); }
 
  private:
   enum class Phase : std::uint8_t { kHalve, kFilter, kConnect, kMerge, kOutline, kSelect, kPaint };

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that Cairn asks of a board, each in a few lines: camera, link, map bank, clock, watchdog, assertion
+// All that Cairn asks of a board, each in a few lines: camera, link, map bank, watchdog, assertion
 // handler. The camera of this example looks at a textured wall, moves to its right, and in the middle stands
 // for three periods of the watchdog; a real one comes here.
 #include "my_hal.hpp"
 
 #include "app/flight_app.hpp"
 #include "hal/camera.hpp"
-#include "hal/clock.hpp"
 #include "hal/link.hpp"
 #include "hal/nvm.hpp"
 #include "hal/watchdog.hpp"
@@ -191,8 +190,6 @@ Bytes map_bank() { return {}; }  // without a map, odometry runs alone; a rover:
 Room spare_map_bank() { return {}; }  // without it, uplinked maps are refused; a rover: its second bank
 
 bool switch_map_banks() { return false; }  // a rover: which bank is in use, kept over resets
-
-std::uint64_t clock_us() { return 0; }  // a rover: its time base
 
 void watchdog_kick() {  // a rover: the watchdog's register
   my::watchdog_bites_where_late();

@@ -1,12 +1,10 @@
 #include "platform/host/host_hal.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <deque>
 #include <utility>
 
-#include "hal/clock.hpp"
 #include "hal/link.hpp"
 #include "hal/nvm.hpp"
 #include "hal/watchdog.hpp"
@@ -75,11 +73,6 @@ bool camera_take(const StereoBuffer& buffer, StereoInfo& info) {
   deliver(pair.right, buffer.right, buffer.capacity, info.right_width, info.right_height);
   pairs.pop_front();
   return true;
-}
-
-std::uint64_t clock_us() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
 }
 
 bool telemetry_send(const std::uint8_t* packet, std::size_t size) {

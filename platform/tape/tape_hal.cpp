@@ -4,7 +4,6 @@
 
 #include "core/big_endian.hpp"
 #include "hal/camera.hpp"
-#include "hal/clock.hpp"
 #include "hal/link.hpp"
 #include "hal/nvm.hpp"
 #include "hal/watchdog.hpp"
@@ -121,8 +120,6 @@ bool camera_take(const StereoBuffer& buffer, StereoInfo& info) {
   tape::write_banks();
   return true;
 }
-
-std::uint64_t clock_us() { return 0; }
 
 bool telemetry_send(const std::uint8_t* packet, std::size_t size) {
   if (deck.sink == nullptr) return false;

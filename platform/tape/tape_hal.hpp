@@ -1,5 +1,5 @@
 /// The HAL of a tape (tape_format.hpp): camera, telecommands and map bank play it, telemetry goes to a sink.
-/// It has no clock. One tape a program.
+/// One tape a program.
 #pragma once
 
 #include <cstddef>
