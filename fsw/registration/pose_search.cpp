@@ -114,7 +114,7 @@ SearchStatus PoseSearchJob::survey() {
   Candidate mean;
   mean.pose = prior_.mean;
   mean.score = -1.0e3;
-  CAIRN_ASSERT(inside_.push_back(mean));
+  inside_.append(mean);
   return SearchStatus::kRunning;
 }
 
@@ -171,7 +171,7 @@ void PoseSearchJob::rank() {
     double radius2 = (r.c - miss_) / r.half_info;
     if (radius2 > kLookSigmas * kLookSigmas * t2) radius2 = kLookSigmas * kLookSigmas * t2;
     r.radius = radius2 > 0.0 ? std::sqrt(radius2) : 0.0;
-    CAIRN_ASSERT(ranked_.push_back(r));
+    ranked_.append(r);
   }
   heap_sort(ranked_.data(), static_cast<int>(ranked_.size()), [](const Ranked& a, const Ranked& b) {
     return a.d2 < b.d2 || (a.d2 == b.d2 && a.sighting < b.sighting);
@@ -191,7 +191,7 @@ void PoseSearchJob::gather_firsts() {
   first_ = 0;
   const BoulderGrid& grid = ground_.grid();
   grid.for_each_near(grid.query(point, radius),
-                     [this](std::uint16_t index, double) { CAIRN_ASSERT(firsts_.push_back(index)); });
+                     [this](std::uint16_t index, double) { firsts_.append(index); });
 }
 
 /// Where the second one would lie with the first one laid on firsts_[first_], and how far from
@@ -339,11 +339,11 @@ void PoseSearchJob::refined() {
   ++result_.refined;
   const bool weighed =
       evidence_.status() == EvidenceStatus::kDone || evidence_.status() == EvidenceStatus::kNotSettled;
-  if (weighed && in) CAIRN_ASSERT(weighed_.push_back(evidence_.result()));
+  if (weighed && in) weighed_.append(evidence_.result());
   if (weighed && !in) {
     bool fresh = !inside(evidence_.result().pose);
     for (const Evidence& d : decoys_) fresh = fresh && distinct(d.pose, evidence_.result().pose);
-    if (fresh) CAIRN_ASSERT(decoys_.push_back(evidence_.result()));
+    if (fresh) decoys_.append(evidence_.result());
   }
   start_refining();
 }
@@ -383,14 +383,14 @@ void PoseSearchJob::conclude() {
   Decoys decoys;
   decoys.log_volume = anywhere_.log_volume;
   for (const Evidence& e : decoys_) {
-    if (distinct(e.pose, r.best.pose)) CAIRN_ASSERT(decoys.scores.push_back(e.S));
+    if (distinct(e.pose, r.best.pose)) decoys.scores.append(e.S);
   }
   for (std::size_t k = 0; k < weighed_.size(); ++k) {
     bool fresh = distinct(weighed_[k].pose, r.best.pose);
     for (std::size_t m = 0; m < k && fresh; ++m) fresh = distinct(weighed_[k].pose, weighed_[m].pose);
     if (!fresh) continue;
     if (weighed_[k].log_ratio > second) second = weighed_[k].log_ratio;
-    CAIRN_ASSERT(decoys.scores.push_back(weighed_[k].S));
+    decoys.scores.append(weighed_[k].S);
   }
   r.decoys = static_cast<int>(decoys.scores.size());
   r.verdict = judge(params_.verdict, r.best, second, prior_, decoys);

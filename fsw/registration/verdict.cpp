@@ -75,7 +75,7 @@ Sighted sight(const EvidenceParams& params, const Ground& ground, const LocalMap
     const double dy = other.y_m - s.y_m;
     if (dx * dx + dy * dy < apart2) return Sighted::kNear;
   }
-  CAIRN_ASSERT(out.push_back(s));
+  out.append(s);
   return Sighted::kTaken;
 }
 
