@@ -4,57 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <tuple>
-#include <unordered_map>
 
 #include "base/statistics.hpp"
+#include "map/boulder_cells.hpp"
 
 namespace cairn::ground {
 namespace {
-
-/// Boulders by cells as wide as the distance that is looked for, so that nine cells hold all that are near.
-class Cells {
- public:
-  Cells(const std::vector<TableBoulder>& boulders, const Vec2& shift_map_m, double side_m)
-      : boulders_(boulders), shift_map_m_(shift_map_m), side_m_(side_m) {
-    for (std::size_t i = 0; i < boulders.size(); ++i) cells_[cell_of(place(i))].push_back(i);
-  }
-
-  Vec2 place(std::size_t i) const { return boulders_[i].p_map_m - shift_map_m_; }
-
-  template <typename Visit>
-  void within(const Vec2& p_map_m, double distance_m, const Visit& visit) const {
-    const auto [column, row] = cell_of(p_map_m);
-    for (std::int64_t y = row - 1; y <= row + 1; ++y) {
-      for (std::int64_t x = column - 1; x <= column + 1; ++x) {
-        const auto cell = cells_.find({x, y});
-        if (cell == cells_.end()) continue;
-        for (const std::size_t i : cell->second) {
-          const double apart_m = (place(i) - p_map_m).norm();
-          if (apart_m <= distance_m) visit(i, apart_m);
-        }
-      }
-    }
-  }
-
- private:
-  using Cell = std::pair<std::int64_t, std::int64_t>;
-  struct Hash {
-    std::size_t operator()(const Cell& c) const {
-      return static_cast<std::size_t>(static_cast<std::uint64_t>(c.first) * 0x9E3779B97F4A7C15ULL +
-                                      static_cast<std::uint64_t>(c.second) * 0xC2B2AE3D27D4EB4FULL);
-    }
-  };
-
-  Cell cell_of(const Vec2& p_map_m) const {
-    return {static_cast<std::int64_t>(std::floor(p_map_m.x() / side_m_)),
-            static_cast<std::int64_t>(std::floor(p_map_m.y() / side_m_))};
-  }
-
-  const std::vector<TableBoulder>& boulders_;
-  Vec2 shift_map_m_;
-  double side_m_;
-  std::unordered_map<Cell, std::vector<std::size_t>, Hash> cells_;
-};
 
 auto place_key(const TableBoulder& b) {
   return std::make_tuple(b.p_map_m.y(), b.p_map_m.x(), b.diameter_m, b.confidence);
@@ -67,7 +22,7 @@ Vec2 voted_shift(const std::vector<TableBoulder>& a, const std::vector<TableBoul
   const double side_m = reach_m / half;
   const int side = 2 * half + 1;
   std::vector<std::uint32_t> votes(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), 0);
-  const Cells near(b, Vec2(0.0, 0.0), reach_m);
+  const BoulderCells near(b, Vec2(0.0, 0.0), reach_m);
   for (const TableBoulder& one : a) {
     near.within(one.p_map_m, reach_m, [&](std::size_t i, double) {
       const Vec2 shift_m = b[i].p_map_m - one.p_map_m;
@@ -124,7 +79,7 @@ std::vector<std::size_t> unpaired(const std::vector<TableBoulder>& boulders, con
 std::vector<BoulderPair> pair_boulders(const std::vector<TableBoulder>& a, const std::vector<TableBoulder>& b,
                                        double within_m, const Vec2& shift_map_m) {
   if (!(within_m > 0.0) || a.empty() || b.empty()) return {};
-  const Cells near(b, shift_map_m, within_m);
+  const BoulderCells near(b, shift_map_m, within_m);
   std::vector<BoulderPair> all;
   for (std::size_t i = 0; i < a.size(); ++i) {
     near.within(a[i].p_map_m, within_m, [&](std::size_t j, double distance_m) {
