@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/json_file.hpp"
 #include "base/output_file.hpp"
 #include "base/statistics.hpp"
 #include "base/tool_error.hpp"
@@ -20,7 +21,7 @@ namespace cairn::ground {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 /// Table I of Hourdakis and Lourakis (2015): errors after 100 m, VO alone about 2.5 m.
 struct PaperRow {
@@ -54,18 +55,9 @@ constexpr const char* kFigures[] = {
     "end_xy_m", "largest_xy_m",  "yaw_deg",        "end_3d_m",          "end_rotation_deg",
     "excess_m", "fixes_applied", "fixes_declined", "boulder_precision"};
 
-json read_summary(const fs::path& folder) {
-  const fs::path path = folder / "summary.json";
-  const std::vector<std::uint8_t> bytes = read_file(path);
-  try {
-    return json::parse(bytes.begin(), bytes.end());
-  } catch (const json::exception&) {
-    throw ToolError("{}: is not the summary of a run; give folders that cairn run wrote", path.string());
-  }
-}
-
 void add(const fs::path& folder, std::map<Key, Row>& table) {
-  const json s = read_summary(folder);
+  const fs::path file = folder / "summary.json";
+  const json s = read_json(file, "is not the summary of a run; give folders that cairn run wrote");
   try {
     const fs::path map = s.at("map").get<std::string>();
     Row& row = table[{s.at("degrade"), map.stem().string()}];
@@ -95,7 +87,7 @@ void add(const fs::path& folder, std::map<Key, Row>& table) {
     for (std::size_t i = 0; i < values.size(); ++i) row.figures[kFigures[i]].push_back(values[i]);
   } catch (const json::exception&) {
     throw ToolError("{}: has no errors against truth; give runs of a drive whose truth is known",
-                    (folder / "summary.json").string());
+                    file.string());
   }
 }
 

@@ -3,13 +3,13 @@
 #include <functional>
 #include <string>
 
-#include "base/output_file.hpp"
+#include "base/json_file.hpp"
 #include "base/tool_error.hpp"
 
 namespace cairn::ground {
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 struct Parameter {
   const char* name;
@@ -59,10 +59,7 @@ nlohmann::ordered_json model_json(const ForecastModel& model) {
 }
 
 void read_model(const std::filesystem::path& path, ForecastModel& model) {
-  const std::vector<std::uint8_t> bytes = read_file(path);
-  const json from = json::parse(bytes.begin(), bytes.end(), nullptr, false);
-  if (!from.is_object())
-    throw ToolError("{}: is not a model; give the forecast_model.json of a campaign", path.string());
+  const json from = read_json(path, "is not a model; give the forecast_model.json of a campaign");
   take(
       from, [&](const Visit& visit) { visit_others(model, visit); }, path.string());
   if (from.contains("detection") && from["detection"].is_object())

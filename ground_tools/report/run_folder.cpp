@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/json_file.hpp"
 #include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
@@ -16,13 +17,7 @@ using nlohmann::ordered_json;
 
 double rounded(double v) { return std::round(v * 1.0e4) / 1.0e4; }
 
-ordered_json read_json(const fs::path& path) {
-  const std::vector<std::uint8_t> bytes = read_file(path);
-  ordered_json json = ordered_json::parse(bytes.begin(), bytes.end(), nullptr, false);
-  if (json.is_discarded() || !json.is_object())
-    throw ToolError("{}: is not whole; run `cairn run` again", path.string());
-  return json;
-}
+constexpr const char* kNotWhole = "is not whole; run `cairn run` again";
 
 /// A trajectory of `count` poses; of any number where `count` is SIZE_MAX.
 Trajectory read_path(const fs::path& path, std::size_t count) {
@@ -145,8 +140,8 @@ ordered_json read_files(const fs::path& folder) {
   ordered_json run;
   const fs::path absolute = fs::weakly_canonical(folder);
   run["name"] = absolute.filename().string();
-  run["summary"] = read_json(folder / "summary.json");
-  const ordered_json pictures = read_json(folder / "pictures.json");
+  run["summary"] = read_json(folder / "summary.json", kNotWhole);
+  const ordered_json pictures = read_json(folder / "pictures.json", kNotWhole);
   check_keys(run["summary"], pictures);
   const auto count = run["summary"].at("frames").get<std::size_t>();
 

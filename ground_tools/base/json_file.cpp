@@ -1,0 +1,15 @@
+#include "base/json_file.hpp"
+
+#include "base/output_file.hpp"
+#include "base/tool_error.hpp"
+
+namespace cairn::ground {
+
+nlohmann::ordered_json read_json(const std::filesystem::path& path, const char* fault) {
+  const std::vector<std::uint8_t> bytes = read_file(path);
+  nlohmann::ordered_json json = nlohmann::ordered_json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  if (!json.is_object()) throw ToolError("{}: {}", path.string(), fault);
+  return json;
+}
+
+}  // namespace cairn::ground
