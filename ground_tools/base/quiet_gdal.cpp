@@ -3,6 +3,8 @@
 #include <cpl_conv.h>
 #include <gdal_priv.h>
 
+#include "base/tool_error.hpp"
+
 namespace cairn::ground {
 
 namespace {
@@ -36,6 +38,13 @@ std::string QuietGdal::reason() const {
     if (c == '\n' || c == '\r') c = ' ';
   }
   return line;
+}
+
+std::unique_ptr<GDALDataset> open_raster(const std::string& path, const char* what, const QuietGdal& gdal) {
+  std::unique_ptr<GDALDataset> data(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  if (data == nullptr || data->GetRasterCount() == 0)
+    throw ToolError("{}: cannot be read as {}{}; check the name", path, what, gdal.reason());
+  return data;
 }
 
 void CPL_STDCALL QuietGdal::remember(CPLErr severity, CPLErrorNum, const char* message) {

@@ -1,9 +1,12 @@
 /// GDAL without its chatter: what it complains about goes into our own one line.
 #pragma once
 
+#include <cpl_error.h>
+
+#include <memory>
 #include <string>
 
-#include <cpl_error.h>
+class GDALDataset;
 
 namespace cairn::ground {
 
@@ -29,5 +32,8 @@ class QuietGdal {
   bool failed_ = false;
   std::string message_;
 };
+
+/// Opens a file with one band or more. Throws ToolError: cannot be read as `what`.
+std::unique_ptr<GDALDataset> open_raster(const std::string& path, const char* what, const QuietGdal& gdal);
 
 }  // namespace cairn::ground

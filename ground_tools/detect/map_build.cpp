@@ -1,7 +1,5 @@
 #include "detect/map_build.hpp"
 
-#include <cpl_conv.h>
-#include <gdal.h>
 #include <sched.h>
 
 #include <algorithm>
@@ -13,13 +11,6 @@
 
 namespace cairn::ground {
 namespace {
-
-/// GDAL's cache of decoded blocks, all threads together; its own default is a share of the machine's memory.
-constexpr std::int64_t kGdalCacheBytes = std::int64_t{128} << 20;
-
-void bound_gdal_cache() {
-  if (::CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) ::GDALSetCacheMax64(kGdalCacheBytes);
-}
 
 int threads_to_use(int asked, const MpiRanks& ranks) {
   if (asked > 0) return asked;
@@ -150,7 +141,6 @@ MapBuild::MapBuild(const RasterSource& source, const Detection& detection, Build
                    const MpiRanks& ranks) {
   check(detection);
   check_settings(settings);
-  bound_gdal_cache();
   inside_ = std::make_unique<Inside>(source, detection, std::move(settings), ranks);
 }
 
@@ -191,7 +181,6 @@ void MapBuild::finished() { inside_->state.remove(); }
 
 void MapBuild::follow(const std::function<TileInput()>& open, const BuildSettings& settings,
                       const MpiRanks& ranks) {
-  bound_gdal_cache();
   follow_tile_team(open, threads_to_use(settings.threads, ranks), ranks);
 }
 

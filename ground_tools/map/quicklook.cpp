@@ -138,23 +138,16 @@ Grey read_reduced(GDALDataset& ortho, const Window& w, int width, int height, co
 }
 
 void paint(Canvas& canvas, const Grey& grey) {
-  std::vector<float> sorted;
+  std::vector<float> good;
   for (std::size_t i = 0; i < grey.values.size(); ++i) {
-    if (grey.valid[i] != 0) sorted.push_back(grey.values[i]);
+    if (grey.valid[i] != 0) good.push_back(grey.values[i]);
   }
-  float low = 0.0F;
-  float high = 1.0F;
-  if (!sorted.empty()) {
-    std::sort(sorted.begin(), sorted.end());
-    low = sorted[sorted.size() / 100];
-    high = sorted[sorted.size() - 1 - sorted.size() / 100];
-  }
-  const float scale = 255.0F / std::max(high - low, 1e-12F);
+  const GreyStretch stretch(std::move(good));
   for (int y = 0; y < canvas.height(); ++y) {
     for (int x = 0; x < canvas.width(); ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(canvas.width()) +
                             static_cast<std::size_t>(x);
-      const auto level = static_cast<std::uint8_t>(std::clamp((grey.values[i] - low) * scale, 0.0F, 255.0F));
+      const std::uint8_t level = stretch.level(grey.values[i]);
       canvas.mix(x, y, grey.valid[i] != 0 ? Colour{level, level, level} : kNoData, 1.0);
     }
   }
@@ -164,10 +157,7 @@ Picture picture_of(const MapExtent& extent, const std::string& reference_system,
                    const QuicklookParams& params) {
   const std::string name = params.ortho.string();
   QuietGdal gdal;
-  const Dataset ortho(
-      GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
-  if (ortho == nullptr || ortho->GetRasterCount() == 0)
-    throw ToolError("{}: cannot be read as an orthoimage{}; check the name", name, gdal.reason());
+  const std::unique_ptr<GDALDataset> ortho = open_raster(name, "an orthoimage", gdal);
   if (params.band < 0 || params.band > ortho->GetRasterCount())
     throw ToolError("{}: has no band {}; choose --band 1 to {}", name, params.band, ortho->GetRasterCount());
   GeoTransform geo;

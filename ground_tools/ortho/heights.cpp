@@ -108,10 +108,7 @@ std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBo
                            const std::string& reference_system) {
   const std::string name = dem.string();
   QuietGdal quiet;
-  const std::unique_ptr<GDALDataset> model(
-      GDALDataset::Open(name.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
-  if (model == nullptr || model->GetRasterCount() == 0)
-    throw ToolError("{}: cannot be read as an elevation model{}; check the name", name, quiet.reason());
+  const std::unique_ptr<GDALDataset> model = open_raster(name, "an elevation model", quiet);
   double geo[6] = {};
   double inverse[6] = {};
   if (model->GetGeoTransform(geo) != CE_None || GDALInvGeoTransform(geo, inverse) == 0) {

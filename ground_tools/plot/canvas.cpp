@@ -35,6 +35,13 @@ constexpr Glyph kGlyphs[] = {
 
 }  // namespace
 
+GreyStretch::GreyStretch(std::vector<float> samples) {
+  if (samples.empty()) return;
+  std::sort(samples.begin(), samples.end());
+  low_ = samples[samples.size() / 100];
+  scale_ = 255.0F / std::max(samples[samples.size() - 1 - samples.size() / 100] - low_, 1e-12F);
+}
+
 Canvas::Canvas(int width, int height, Colour ground)
     : width_(width),
       height_(height),

@@ -1,12 +1,26 @@
 /// A colour picture to draw on: circles, bars, small text, edges smoothed.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>
 #include <vector>
 
 namespace cairn::ground {
+
+/// Samples as grey levels, stretched so that a hundredth of them is black and one is white.
+class GreyStretch {
+ public:
+  explicit GreyStretch(std::vector<float> samples);
+  std::uint8_t level(float sample) const {
+    return static_cast<std::uint8_t>(std::clamp((sample - low_) * scale_, 0.0F, 255.0F));
+  }
+
+ private:
+  float low_ = 0.0F;
+  float scale_ = 255.0F;
+};
 
 using Colour = std::array<std::uint8_t, 3>;
 

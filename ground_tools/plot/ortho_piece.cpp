@@ -10,12 +10,11 @@
 
 #include "base/quiet_gdal.hpp"
 #include "base/tool_error.hpp"
+#include "plot/canvas.hpp"
 #include "plot/jpeg.hpp"
 
 namespace cairn::ground {
 namespace {
-
-using DatasetPtr = std::unique_ptr<GDALDataset>;
 
 struct Window {
   int x = 0, y = 0, width = 0, height = 0;           // in the orthoimage
@@ -42,17 +41,14 @@ std::vector<std::uint8_t> read_stretched(GDALDataset& data, const Window& w, Qui
           std::isfinite(out[i]) && !(has_no_data != 0 && out[i] == no_data);
     }
   }
-  std::vector<float> sorted;
+  std::vector<float> good;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (valid[i]) sorted.push_back(samples[i]);
+    if (valid[i]) good.push_back(samples[i]);
   }
-  std::sort(sorted.begin(), sorted.end());
-  const float low = sorted.empty() ? 0.0F : sorted[sorted.size() / 100];
-  const float high = sorted.empty() ? 1.0F : sorted[sorted.size() - 1 - sorted.size() / 100];
-  const float scale = 255.0F / std::max(high - low, 1.0e-12F);
+  const GreyStretch stretch(std::move(good));
   std::vector<std::uint8_t> bytes(samples.size(), 255);
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (valid[i]) bytes[i] = static_cast<std::uint8_t>(std::clamp((samples[i] - low) * scale, 0.0F, 255.0F));
+    if (valid[i]) bytes[i] = stretch.level(samples[i]);
   }
   return bytes;
 }
@@ -61,11 +57,7 @@ std::vector<std::uint8_t> read_stretched(GDALDataset& data, const Window& w, Qui
 
 OrthoPiece read_ortho_piece(const std::filesystem::path& path, const Box& box, int max_side_px) {
   QuietGdal gdal;
-  const DatasetPtr data(
-      GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
-  if (data == nullptr || data->GetRasterCount() == 0) {
-    throw ToolError("{}: cannot be read as an orthoimage{}; check the name", path.string(), gdal.reason());
-  }
+  const std::unique_ptr<GDALDataset> data = open_raster(path.string(), "an orthoimage", gdal);
   double gt[6] = {};
   if (data->GetGeoTransform(gt) != CE_None || gt[2] != 0.0 || gt[4] != 0.0 || !(gt[1] > 0.0) ||
       !(gt[5] < 0.0)) {
