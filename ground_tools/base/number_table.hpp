@@ -47,8 +47,8 @@ std::vector<NumberRow> read_number_rows(const std::filesystem::path& path, std::
 /// start with '#' are left out.
 class CsvTable {
  public:
-  /// `mend` ends the messages, for tables that nobody writes by hand. Throws ToolError: cannot be read, empty,
-  /// a row with more or fewer fields than there are names.
+  /// `mend` ends the messages, for tables that nobody writes by hand. Throws ToolError: cannot be read,
+  /// empty, a row with more or fewer fields than there are names.
   explicit CsvTable(std::filesystem::path path, std::string mend = {});
   CsvTable(CsvTable&&) = default;  // fields are views of the text
   CsvTable(const CsvTable&) = delete;

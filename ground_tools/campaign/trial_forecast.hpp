@@ -2,7 +2,7 @@
 /// local maps say of the model's parameters.
 ///
 /// The forecast (forecast/forecast.hpp) is run on the trial's map and true path; it knows nothing of the
-/// images. Both replays of a trial, VO as it is and made worse, are fixes of their own with the same forecast.
+/// images. Both replays of a trial, VO as it is and made worse, are fixes of their own with one forecast.
 #pragma once
 
 #include <cstdint>

@@ -142,7 +142,8 @@ void test_frames(void**) {
   const std::string rest = set() + out() + kStart + " --no-map --frames ";
   for (const char* part : {"1", "a:b", "1:2:3", "1:x", "-1:2", "1.5:2", "99999999999:", "'1 :2'"})
     check_refused(rest + part, "--frames", "FIRST:END");
-  for (const char* part : {"2:", "1:1", "1:0", ":0"}) check_refused(rest + part, "--frames", "a range within 0:2");
+  for (const char* part : {"2:", "1:1", "1:0", ":0"})
+    check_refused(rest + part, "--frames", "a range within 0:2");
 }
 
 void test_starts(void**) {
