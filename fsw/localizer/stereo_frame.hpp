@@ -3,8 +3,8 @@
 /// Features left and right; matches from left to right along the epipolar line; a robust plane through their
 /// disparities; then the patch about each left keypoint's whole pixel is found in the right image, warped by
 /// the plane's slope where the point lies on it, and corrected for what is left of the rectification's
-/// errors. The whole pixel, because the same patch is the template that later frames are searched for: its
-/// bias cancels.
+/// errors. The whole pixel, because the same patch is the template that later frames are searched for, and
+/// so its bias cancels.
 ///
 /// Cost. Units: those of extractor and matcher, the plane at once (160 operations a point), the refinement of
 /// one point (kTemplateOps + kAlignOps).
