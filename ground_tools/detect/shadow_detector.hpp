@@ -3,24 +3,23 @@
 ///
 /// 1. Pyramid: each level halves the one before (means of 2 x 2 pixels, aligned with the image), so that
 ///    boulders of every size are 4 to 16 px wide on one of them.
-/// 2. Seeds: on each level, local maxima of darkness (3 x 3 mean below the mean of 17 x 17).
+/// 2. Seeds: on each level, local maxima of darkness (3 x 3 mean below the mean of 17 x 17;
+///    shadow_spots.hpp).
 /// 3. Fit: at each seed, half an ellipsoid with its shadow (shadow_fit.hpp).
 /// 4. Of fits that overlap, the one that explains most stays, each against those that were not beaten yet.
-/// 5. Confidence: logistic function of how the fit looks (contrast over the ground's texture, darkness
-///    beside, beyond and before it, sharpness, size in pixels), its weights fitted to rendered fields of
-///    several suns; less the lower a sun below 27 degrees, whose light every rise of the ground shades. What
-///    is below `min_confidence` or outside the range of diameters is left out.
+/// 5. Confidence: a logistic function of how the fit looks (shadow_confidence.hpp). What is below
+///    `min_confidence` or outside the range of diameters is left out.
 ///
 /// All of it depends on pixels within shadow_reach_px() of a boulder alone: the table does not depend on how
 /// the image is cut into tiles.
 #pragma once
 
-#include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "base/boulder_table.hpp"
+#include "detect/shadow_confidence.hpp"
+#include "detect/shadow_spots.hpp"
 #include "image/image_view.hpp"
 #include "ortho/raster.hpp"
 #include "ortho/sun.hpp"
@@ -41,23 +40,6 @@ void check(const ShadowParams& params);
 
 /// "method=shadow sun=45,135 min_diameter_m=..." for the map's parameter hash.
 std::string to_text(const ShadowParams& params, const Sun& sun);
-
-/// Pixels [x0, x0 + width) x [y0, y0 + height) of an image.
-struct PixelRect {
-  int x0 = 0;
-  int y0 = 0;
-  int width = 0;
-  int height = 0;
-  bool contains(int x, int y) const { return x >= x0 && y >= y0 && x - x0 < width && y - y0 < height; }
-};
-
-/// Pixels of a tile with its halo; `grey` and `valid` are packed views of rect's size, `valid` without data
-/// where all are valid.
-struct GreyTile {
-  PixelRect rect;
-  ImageU8 grey;
-  ImageU8 valid;
-};
 
 /// What the detector knows of the light and the scale.
 struct ShadowView {
@@ -80,6 +62,21 @@ struct ShadowBoulder {
 
 /// How far from a boulder's centroid pixels matter, each way.
 int shadow_reach_px(const ShadowView& view, const ShadowParams& params);
+
+/// A fit that may be a boulder, pixels of the image, before it is held against those that overlap it.
+struct ShadowCandidate {
+  double u_px, v_px;
+  double across_px, along_px, reach_px;  ///< as ShadowFit
+  double explained;
+  double contrast;
+  double confidence;
+  ShadowFeatures features;
+};
+
+/// All that may matter to boulders in `core`, from all levels, each once, by row and column: of confidence
+/// `min_confidence` and more, but of any diameter. `tile` as for detect_boulders_by_shadow.
+std::vector<ShadowCandidate> shadow_candidates(const GreyTile& tile, const PixelRect& core,
+                                               const ShadowView& view, const ShadowParams& params);
 
 /// The boulders whose centroid, rounded to a pixel, lies in `core`, by row and column. `tile` holds all of
 /// the image's pixels within shadow_reach_px() of `core`. The result is the union over any partition into
