@@ -40,7 +40,7 @@ struct PoseSearchParams {
   VerdictParams verdict;
   double reach_sigmas = 5.0;  ///< [4, 8]
   int max_pairs = 64;         ///< of local boulders, [1, 4096]
-  double give_up = -6.0;      ///< nats, [-100, 0]
+  double give_up = -8.0;      ///< nats, [-100, 0]
   double ring = 3.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
   double least_ring = 1.5;    ///< [0, 10]
 };

@@ -70,7 +70,7 @@ struct EvidenceParams {
   double sigma_pair_m = cfg::kMission.icp_sigma_pair_m;  ///< of a pair per axis, [1e-3, 10]
   double size_sigma = 0.0;   ///< of ln(diameter seen / diameter in the map), [0.02, 3]; 0 = not looked at
   double scale_sigma = 0.0;  ///< of the map's scale about 1, [0, 0.2]; 0 = the scale is known
-  double match_share = 0.7;  ///< p of the refinement, [0.05, 0.95]
+  double match_share = 0.5;  ///< p of search and refinement, [0.05, 0.95]
 };
 bool params_are_good(const EvidenceParams& params);
 

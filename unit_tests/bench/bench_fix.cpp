@@ -408,6 +408,37 @@ void suite_right_structure() {
   structure_cells(true, false);
 }
 
+/// True boulders as many as a bound on paper asks for at 98 %, plus two; heading +-10 degrees where E is given.
+void suite_least() {
+  head("as many true boulders as the bound for 98 % asks, plus two");
+  struct Row {
+    double per_m2;
+    int least[4][3];  // sigma 0.1 m and 0.02 rad, E = 1, 5, 20 m; 30, 50, 60 % clutter
+  };
+  const Row rows[] = {{0.1, {{5, 6, 6}, {6, 7, 8}, {7, 7, 8}, {8, 9, 9}}},
+                      {0.3, {{6, 7, 7}, {8, 9, 10}, {9, 11, 11}, {10, 11, 12}}},
+                      {1.0, {{9, 10, 12}, {12, 13, 15}, {13, 16, 17}, {14, 17, 18}}},
+                      {4.0, {{17, 22, 26}, {22, 28, 34}, {24, 30, 38}, {26, 32, 40}}}};
+  const double clutter[] = {0.3, 0.5, 0.6};
+  const double errors[] = {0.0, 1.0, 5.0, 20.0};
+  for (const Row& row : rows) {
+    for (int e = 0; e < 4; ++e) {
+      if (row.per_m2 * errors[e] > 10.0) continue;  // more map boulders than a window holds
+      for (int k = 0; k < 3; ++k) {
+        Cell c;
+        c.ground.per_m2 = row.per_m2;
+        c.view.truths = row.least[e][k] + 2;
+        c.view.boulders = static_cast<int>(std::lround(c.view.truths / (1.0 - clutter[k])));
+        c.start = {0.1, 0.02};
+        if (e > 0) c.start = {errors[e] / 2.5, 0.09, 0.0, errors[e], 10.0 * kRadPerDeg};
+        c.start.ring_spacings = 1.5;
+        print(text("%.1f per m2, E %.0f m, clutter %.1f", row.per_m2, errors[e], clutter[k]).c_str(),
+              run(c, search, trials));
+      }
+    }
+  }
+}
+
 void suite_tracking() {
   head("tracking: error up to 20 m, heading +-10 degrees, 50 % clutter");
   const double density[] = {0.01, 0.04, 0.1, 0.3, 0.4};
@@ -530,6 +561,7 @@ int main(int argc, char** argv) {
                           {"structure", suite_structure},
                           {"confirmed-structure", suite_confirmed_structure},
                           {"right-structure", suite_right_structure},
+                          {"least", suite_least},
                           {"tracking", suite_tracking},
                           {"windows", suite_windows},
                           {"scale", suite_scale},
