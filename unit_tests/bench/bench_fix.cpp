@@ -408,7 +408,8 @@ void suite_right_structure() {
   structure_cells(true, false);
 }
 
-/// True boulders as many as a bound on paper asks for at 98 %, plus two; heading +-10 degrees where E is given.
+/// True boulders as many as a bound on paper asks for at 98 %, plus two; heading +-10 degrees where
+/// E is given.
 void suite_least() {
   head("as many true boulders as the bound for 98 % asks, plus two");
   struct Row {
