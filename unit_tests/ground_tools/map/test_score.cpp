@@ -64,6 +64,16 @@ void test_counted_by_hand(void**) {
   assert_near(classes[2].diameter_ratio, 0.1, 1e-12);
 }
 
+// Of several entries at a rock the nearest is its own, wherever it stands in the table.
+void test_the_nearest_counts(void**) {
+  truth = {at(2.0, 2.0, 0.2), at(6.0, 6.0, 0.2)};
+  entries = {at(2.02, 2.0, 0.1), at(1.92, 2.0, 0.1), at(5.91, 6.0, 0.1), at(6.01, 6.0, 0.1)};
+  const MapScore s = score_map(entries, truth, kExtent);
+  assert_int_equal(s.found, 2);
+  assert_near(s.median_error_m, 0.015, 1e-12);
+  assert_near(s.mean_shift_map_m.x(), 0.015, 1e-12);
+}
+
 void test_nothing_to_count(void**) {
   truth.clear();
   entries.clear();
@@ -77,6 +87,7 @@ void test_nothing_to_count(void**) {
 
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_counted_by_hand),
+                              cmocka_unit_test(test_the_nearest_counts),
                               cmocka_unit_test(test_nothing_to_count)};
   return cmocka_run_group_tests_name("ground_tools/map/score", tests, nullptr, nullptr);
 }
