@@ -67,7 +67,7 @@ void test_counted_by_hand(void**) {
 // Of several entries at a rock the nearest is its own, wherever it stands in the table.
 void test_the_nearest_counts(void**) {
   truth = {at(2.0, 2.0, 0.2), at(6.0, 6.0, 0.2)};
-  entries = {at(2.02, 2.0, 0.1), at(1.92, 2.0, 0.1), at(5.91, 6.0, 0.1), at(6.01, 6.0, 0.1)};
+  entries = {at(2.02, 2.0, 0.1), at(2.09, 2.0, 0.1), at(6.09, 6.0, 0.1), at(6.01, 6.0, 0.1)};
   const MapScore s = score_map(entries, truth, kExtent);
   assert_int_equal(s.found, 2);
   assert_near(s.median_error_m, 0.015, 1e-12);
