@@ -20,6 +20,32 @@ constexpr int kMostGroundColumns = 36;  ///< each way from the spot
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
 
+/// Grey between four pixels in 1/65536 levels, x and y in 1/65536 px; -1 where one of them is not there.
+int between(const ImageU8& grey, const ImageU8& valid, std::int64_t x, std::int64_t y) {
+  const int x0 = static_cast<int>(x >> 16);
+  const int y0 = static_cast<int>(y >> 16);
+  const int fx = static_cast<int>((x >> 8) & 255);
+  const int fy = static_cast<int>((y >> 8) & 255);
+  const auto has = [&](int px, int py) {
+    return grey.contains(px, py) && (valid.data == nullptr || valid.row(py)[px] != 0);
+  };
+  if (!has(x0, y0) || !has(x0 + 1, y0) || !has(x0, y0 + 1) || !has(x0 + 1, y0 + 1)) return -1;
+  const std::uint8_t* p = grey.row(y0) + x0;
+  const std::uint8_t* q = grey.row(y0 + 1) + x0;
+  return (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
+}
+
+/// The value of this rank, from 0, among those counted by grey level; within a level they lie evenly.
+double quantile(const std::array<int, 256>& histogram, int rank) {
+  int below = 0;
+  for (int g = 0; g < 256; ++g) {
+    const int here = histogram[static_cast<std::size_t>(g)];
+    if (below + here > rank) return g + (rank - below + 0.5) / here;
+    below += here;
+  }
+  return 255.0;
+}
+
 }  // namespace
 
 int shadow_fit_reach_px(double tan_elevation) {
@@ -54,42 +80,30 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
     for (int a = -half_columns_; a <= half_columns_; ++a, ++i) {
       const std::int64_t x = (static_cast<std::int64_t>(u) << 16) + a * cos16 - b * sin16;
       const std::int64_t y = (static_cast<std::int64_t>(v) << 16) + a * sin16 + b * cos16;
-      const int x0 = static_cast<int>(x >> 16);
-      const int y0 = static_cast<int>(y >> 16);
-      const int fx = static_cast<int>((x >> 8) & 255);
-      const int fy = static_cast<int>((y >> 8) & 255);
-      const auto has = [&](int px, int py) {
-        return grey.contains(px, py) && (valid.data == nullptr || valid.row(py)[px] != 0);
-      };
-      if (!has(x0, y0) || !has(x0 + 1, y0) || !has(x0, y0 + 1) || !has(x0 + 1, y0 + 1)) {
-        samples_[i] = -1;
-        if (a >= -ground_columns && a <= ground_columns) ++missing;
+      const int value = between(grey, valid, x, y);
+      samples_[i] = value < 0 ? -1 : (value + 2048) >> 12;
+      if (a < -ground_columns || a > ground_columns) continue;
+      if (value < 0) {
+        ++missing;
         continue;
       }
-      const std::uint8_t* p = grey.row(y0) + x0;
-      const std::uint8_t* q = grey.row(y0 + 1) + x0;
-      const int value = (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
-      samples_[i] = (value + 2048) >> 12;
-      if (a < -ground_columns || a > ground_columns) continue;
       ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
       ++count;
     }
   }
   if (missing > 3 * count) return false;
   // the ground: what is most common; shadows and rocks are less than half of the window
-  const auto quantile = [&](int rank) {
-    int below = 0;
-    for (int g = 0; g < 256; ++g) {
-      const int here = histogram[static_cast<std::size_t>(g)];
-      if (below + here > rank) return g + (rank - below + 0.5) / here;
-      below += here;
-    }
-    return 255.0;
-  };
-  ground_ = quantile(count / 2);
-  noise_ = std::max(0.5, (quantile(3 * count / 4) - ground_) / 0.6745);
+  ground_ = quantile(histogram, count / 2);
+  noise_ = std::max(0.5, (quantile(histogram, 3 * count / 4) - ground_) / 0.6745);
+  sum_rows();
+  depth_ = core_depth();
+  return depth_ > kOne * std::max(1.0, kLeastDepth * noise_);
+}
+
+/// From grey to darkness below the ground, none where there is no pixel; and its sums along the rows.
+void ShadowFitter::sum_rows() {
   const int level = static_cast<int>(std::lround(ground_ * kOne));
-  i = 0;
+  std::size_t i = 0;
   std::size_t k = 0;
   for (int b = -half_rows_; b <= half_rows_; ++b) {
     std::int32_t total = 0;
@@ -100,17 +114,20 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
     }
     sum_[k++] = total;
   }
-  // The shadow's level: the darkest sample near the spot. Means of several are diluted where a boulder is few
-  // pixels wide; the dark grows into the body then, and the body moves towards the sun.
-  depth_ = 0.0;
+}
+
+/// The shadow's level: the darkest sample near the spot. Means of several are diluted where a boulder is few
+/// pixels wide; the dark grows into the body then, and the body moves towards the sun.
+double ShadowFitter::core_depth() const {
+  double depth = 0.0;
   const int pitch = 2 * half_columns_ + 1;
   for (int b = -kCore; b <= kCore; ++b) {
     for (int a = -kCore; a <= kCore; ++a) {
       const auto at = static_cast<std::size_t>((b + half_rows_) * pitch + a + half_columns_);
-      depth_ = std::max(depth_, static_cast<double>(samples_[at]));
+      depth = std::max(depth, static_cast<double>(samples_[at]));
     }
   }
-  return depth_ > kOne * std::max(1.0, kLeastDepth * noise_);
+  return depth;
 }
 
 /// Darkness summed over a row from a = `from` to `to`; sample a covers a - 1/2 to a + 1/2.
@@ -156,18 +173,17 @@ double ShadowFitter::value(const Trial& t, int every) const {
          depth_ * depth_ * area * (kRoundness * round * round + kTallness * tall * tall);
 }
 
+bool ShadowFitter::consider(const Trial& t, int every, Trial& best, double& most) const {
+  const double v = value(t, every);
+  if (!(v > most)) return false;
+  most = v;
+  best = t;
+  return true;
+}
+
 void ShadowFitter::search(double least_across_px, Trial& best, double& most) const {
   most = 0.0;
   best = {0.0, 0.0, 0.0, 0.0, 0.0};
-  const auto consider = [&](const Trial& t, int every) {
-    const double v = value(t, every);
-    if (v > most) {
-      most = v;
-      best = t;
-      return true;
-    }
-    return false;
-  };
   for (double across = least_across_px; across < kFitMostAcross_px * 0.95; across *= 1.35) {
     for (const double height : {0.45, 0.8, 1.3, 2.0}) {
       const double slope = std::min(height / tan_elevation_, most_slope_);
@@ -176,7 +192,7 @@ void ShadowFitter::search(double least_across_px, Trial& best, double& most) con
       for (int i = -2; i <= 2; ++i) {
         for (int j = -2; j <= 2; ++j) {
           consider({-middle + 0.3 * i * across, 0.3 * j * across, across, across, slope},
-                   across > 4.0 ? 2 : 1);
+                   across > 4.0 ? 2 : 1, best, most);
         }
       }
     }
@@ -184,42 +200,51 @@ void ShadowFitter::search(double least_across_px, Trial& best, double& most) con
   if (most <= 0.0) return;
   most = value(best, 1);
   for (double step = 0.16; step > 0.012; step *= 0.5) {
-    for (int round = 0; round < 4; ++round) {
-      bool better = false;
-      for (int k = 0; k < 7; ++k) {
-        for (const double sign : {-1.0, 1.0}) {
-          for (int again = 0; again < 3; ++again) {
-            Trial t = best;
-            if (k == 0) t.a += sign * step * t.across;
-            if (k == 1) t.b += sign * step * t.across;
-            if (k == 2) t.across *= 1.0 + sign * step;
-            if (k == 3) {  // the shadow's end stays
-              const double tip = t.a + t.along * std::sqrt(1.0 + t.slope * t.slope);
-              t.along *= 1.0 + sign * step;
-              const double q = (tip - t.a) / t.along;
-              t.slope = std::sqrt(std::max(0.01, q * q - 1.0));
-            }
-            if (k == 5 || k == 6) {  // larger, the shadow's middle or the terminator staying
-              const double stretch = std::sqrt(1.0 + t.slope * t.slope);
-              const double fixed = k == 5 ? kCentroid * (stretch + 1.0 / stretch) : 1.0 / stretch;
-              t.a -= sign * step * t.along * fixed;
-              t.along *= 1.0 + sign * step;
-              t.across *= 1.0 + sign * step;
-            }
-            if (k == 4) t.slope *= 1.0 + 1.5 * sign * step;
-            if (t.across < least_across_px || t.across > kFitMostAcross_px || t.slope > most_slope_ ||
-                t.slope < 0.1 || std::fabs(t.a) > half_columns_ || std::fabs(t.b) > kFitMostAcross_px ||
-                t.along > 1.8 * t.across || t.along < 0.55 * t.across) {
-              break;
-            }
-            if (!consider(t, 1)) break;
-            better = true;
-          }
-        }
-      }
-      if (!better) break;
+    for (int round = 0; round < 4 && improve(step, least_across_px, best, most); ++round) {
     }
   }
+}
+
+/// Each way of moving, both ways, up to three times while it helps.
+bool ShadowFitter::improve(double step, double least_across_px, Trial& best, double& most) const {
+  bool better = false;
+  for (int way = 0; way < kWays; ++way) {
+    for (const double sign : {-1.0, 1.0}) {
+      for (int again = 0; again < 3; ++again) {
+        const Trial t = moved(best, way, sign * step);
+        if (!allowed(t, least_across_px) || !consider(t, 1, best, most)) break;
+        better = true;
+      }
+    }
+  }
+  return better;
+}
+
+ShadowFitter::Trial ShadowFitter::moved(Trial t, int way, double by) {
+  if (way == 0) t.a += by * t.across;
+  if (way == 1) t.b += by * t.across;
+  if (way == 2) t.across *= 1.0 + by;
+  if (way == 3) {  // the shadow's end stays
+    const double tip = t.a + t.along * std::sqrt(1.0 + t.slope * t.slope);
+    t.along *= 1.0 + by;
+    const double q = (tip - t.a) / t.along;
+    t.slope = std::sqrt(std::max(0.01, q * q - 1.0));
+  }
+  if (way == 4) t.slope *= 1.0 + 1.5 * by;
+  if (way == 5 || way == 6) {  // larger, the shadow's middle or the terminator staying
+    const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+    const double fixed = way == 5 ? kCentroid * (stretch + 1.0 / stretch) : 1.0 / stretch;
+    t.a -= by * t.along * fixed;
+    t.along *= 1.0 + by;
+    t.across *= 1.0 + by;
+  }
+  return t;
+}
+
+bool ShadowFitter::allowed(const Trial& t, double least_across_px) const {
+  return !(t.across < least_across_px || t.across > kFitMostAcross_px || t.slope > most_slope_ ||
+           t.slope < 0.1 || std::fabs(t.a) > half_columns_ || std::fabs(t.b) > kFitMostAcross_px ||
+           t.along > 1.8 * t.across || t.along < 0.55 * t.across);
 }
 
 void ShadowFitter::measure(const Trial& t, ShadowFit& fit) const {

@@ -70,11 +70,20 @@ class ShadowFitter {
   struct Sums {
     double lit_n, lit, dark_n, dark;
   };
+  static constexpr int kWays = 7;  ///< to move a trial
+
   bool sample(const ImageU8& grey, const ImageU8& valid, int u, int v);
+  void sum_rows();
+  double core_depth() const;
   double part(int row, double from, double to) const;
   Sums sums(const Trial& t, int every) const;  ///< over every n-th row
   double value(const Trial& t, int every) const;
+  /// Takes a trial that explains more; true where it does.
+  bool consider(const Trial& t, int every, Trial& best, double& most) const;
   void search(double least_across_px, Trial& best, double& most) const;
+  bool improve(double step, double least_across_px, Trial& best, double& most) const;
+  static Trial moved(Trial t, int way, double by);  ///< by: share of the size
+  bool allowed(const Trial& t, double least_across_px) const;
   void measure(const Trial& t, ShadowFit& fit) const;
 
   double sin_, cos_;
