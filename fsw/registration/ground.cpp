@@ -20,9 +20,12 @@ int clamp(double value, int count) {
 }  // namespace
 
 GridStatus Ground::start(const MapBoulders& boulders, const Vec2& centre_map_m, double radius_m,
-                         double least_cell_m) {
+                         double least_cell_m, double crowd_m) {
   centre_map_m_ = centre_map_m;
-  const bool good = radius_m >= 1.0e-2 && radius_m <= 1.0e5;
+  const bool good = radius_m >= 1.0e-2 && radius_m <= 1.0e5 && crowd_m >= 1.0e-3 && crowd_m <= 1.0e3;
+  crowd_m_ = crowd_m;
+  crowding_ = 1.0;
+  neighbours_ = expected_ = 0.0;
   radius_m_ = good ? radius_m : 1.0;
   phase_ = Phase::kGrid;
   cursor_ = 0;
@@ -140,9 +143,28 @@ bool Ground::next_phase() {
     case Phase::kBox: phase_ = Phase::kCover; return true;
     case Phase::kCover: phase_ = Phase::kCount; return true;
     case Phase::kCount: phase_ = Phase::kDensity; return true;
-    case Phase::kDensity: break;
+    case Phase::kDensity: phase_ = Phase::kCrowd; return true;
+    case Phase::kCrowd: break;
   }
   return false;
+}
+
+/// Neighbours of every so many-th boulder in the disc; false where the budget ran out.
+bool Ground::crowd_step(WorkBudget& budget) {
+  constexpr std::size_t kMost = 256;
+  constexpr double kPriorNeighbours = 4.0;
+  const std::size_t stride = grid_.size() / kMost + 1;
+  for (; cursor_ < grid_.size(); cursor_ += stride) {
+    const GridPoint& m = grid_[cursor_];
+    if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) continue;
+    const BoulderQuery query = grid_.query(m, crowd_m_);
+    if (!budget.take(20U + query.ops())) return false;
+    grid_.for_each_near(query, [this](std::uint16_t, double) { neighbours_ += 1.0; });
+    neighbours_ -= 1.0;  // itself
+    expected_ += density(m.x_m, m.y_m) * kPi * crowd_m_ * crowd_m_;
+  }
+  crowding_ = (neighbours_ + kPriorNeighbours) / (expected_ + kPriorNeighbours);
+  return true;
 }
 
 Progress Ground::step(WorkBudget& budget) {
@@ -159,6 +181,8 @@ Progress Ground::step(WorkBudget& budget) {
         measure_density();
         measure_sizes();
       }
+    } else if (phase_ == Phase::kCrowd) {
+      if (!crowd_step(budget)) return Progress::kMore;
     } else {
       if (!budget.take(35U * kChunk)) return Progress::kMore;
       for (std::size_t n = 0; n < kChunk && cursor_ < grid_.size(); ++n, ++cursor_) {

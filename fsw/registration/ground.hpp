@@ -9,10 +9,15 @@
 /// Sizes. The density of ln(diameter) over the boulders whose diameter is known: shares of 40 bins of 0.25
 /// from 5 mm up, smoothed by (1 2 1)/4, plus one boulder spread evenly.
 ///
+/// Crowding. How many more neighbours within `crowd_m` the boulders of the map have than scattered ones
+/// would: (neighbours + 4) / (pi crowd_m^2 sum of densities + 4), over 256 of them at most. 1 on scattered
+/// ground, less on lattices, much more where boulders lie in clusters.
+///
 /// Coordinates: axes of `map` about the centre.
 ///
-/// Cost. start(): the grid's. step(): the grid's, 70 operations a boulder and 12,000 once; units of 64
-/// boulders, of all cells' cover, of all cells' density.
+/// Cost. start(): the grid's. step(): the grid's, 70 operations a boulder and 20,000 once, and
+/// 256 questions to the grid; units of 64 boulders, of all cells' cover, of all cells' density,
+/// of one question.
 #pragma once
 
 #include <cstdint>
@@ -25,9 +30,9 @@ namespace cairn {
 class Ground {
  public:
   /// kRunning, or what is wrong with the input. Boulders outside the disc stay in the grid and count for
-  /// nothing else. `radius_m`: [1e-2, 1e5].
+  /// nothing else. `radius_m`: [1e-2, 1e5]; `crowd_m`: [1e-3, 1e3].
   GridStatus start(const MapBoulders& boulders, const Vec2& centre_map_m, double radius_m,
-                   double least_cell_m);
+                   double least_cell_m, double crowd_m);
   Progress step(WorkBudget& budget);  ///< the same for every slicing
   GridStatus status() const { return status_; }
 
@@ -37,6 +42,7 @@ class Ground {
   double area_m2() const { return area_m2_; }       ///< covered
   double mean_density() const { return density_; }  ///< boulders a square metre of it
   double density(double x_m, double y_m) const;     ///< around a point; outside the cells the nearest cell's
+  double crowding() const { return crowding_; }
   /// Of ln(diameter), per unit; diameter > 0. 0 where the map knows no diameters.
   double size_density(double diameter_m) const;
 
@@ -44,7 +50,7 @@ class Ground {
   static constexpr int kMaxCells = 16;  // a side
   static constexpr int kBins = 40;
 
-  enum class Phase : std::uint8_t { kGrid, kBox, kCover, kCount, kDensity };
+  enum class Phase : std::uint8_t { kGrid, kBox, kCover, kCount, kDensity, kCrowd };
 
   bool next_phase();
   void box_one(const GridPoint& m);
@@ -52,6 +58,7 @@ class Ground {
   void lay_cells();
   void measure_density();
   void measure_sizes();
+  bool crowd_step(WorkBudget& budget);
   double covered(double x0, double y0, double side) const;
 
   GridStatus status_ = GridStatus::kIdle;
@@ -69,6 +76,10 @@ class Ground {
   float count_[kMaxCells * kMaxCells] = {};
   float cover_m2_[kMaxCells * kMaxCells] = {};
   float density_of_[kMaxCells * kMaxCells] = {};
+  double crowd_m_ = 0.4;
+  double crowding_ = 1.0;
+  double neighbours_ = 0.0;
+  double expected_ = 0.0;
   float sizes_[kBins] = {};  // boulders in a bin
   float sized_ = 0.0F;       // and in all
   float size_density_[kBins] = {};

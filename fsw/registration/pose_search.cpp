@@ -65,7 +65,8 @@ SearchStatus PoseSearchJob::start(const PoseSearchParams& params, const MapBould
   if (map.empty()) return status_ = SearchStatus::kNoMapBoulders;
   if (local.size() < 2) return status_ = SearchStatus::kNoLocalBoulders;
   local_ = local;
-  const GridStatus laid_out = ground_.start(map, pivot_map_m_, window_radius_m, params.evidence.sigma_pair_m);
+  const GridStatus laid_out = ground_.start(map, pivot_map_m_, window_radius_m, params.evidence.sigma_pair_m,
+                                            kCrowdSigmas * params.evidence.sigma_pair_m);
   if (laid_out != GridStatus::kRunning) return status_;
   sightings_.clear();
   sighted_ = 0;
@@ -419,7 +420,7 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
         phase_ = Phase::kSight;
         break;
       case Phase::kSight:
-        if (!budget.take(30U + 3U * static_cast<std::uint32_t>(sightings_.size()))) return Progress::kMore;
+        if (!budget.take(30U + 5U * static_cast<std::uint32_t>(sightings_.size()))) return Progress::kMore;
         sight_next();
         break;
       case Phase::kPair:

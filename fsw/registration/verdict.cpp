@@ -70,10 +70,20 @@ Sighted sight(const EvidenceParams& params, const Ground& ground, const LocalMap
     s.size_density = ground.size_density(diameter);
   }
   const double apart2 = 4.0 * params.sigma_pair_m * params.sigma_pair_m;
+  const double link2 = kCrowdSigmas * kCrowdSigmas * params.sigma_pair_m * params.sigma_pair_m;
+  s.cluster = static_cast<std::uint16_t>(out.size());
+  std::uint64_t joined[(cfg::kMaxLocalBoulders + 63) / 64] = {};  // clusters that this one links
   for (const Sighting& other : out) {
     const double dx = other.x_m - s.x_m;
     const double dy = other.y_m - s.y_m;
-    if (dx * dx + dy * dy < apart2) return Sighted::kNear;
+    const double r2 = dx * dx + dy * dy;
+    if (r2 < apart2) return Sighted::kNear;
+    if (r2 > link2) continue;
+    joined[other.cluster / 64U] |= std::uint64_t{1} << (other.cluster % 64U);
+    if (other.cluster < s.cluster) s.cluster = other.cluster;
+  }
+  for (Sighting& other : out) {
+    if (((joined[other.cluster / 64U] >> (other.cluster % 64U)) & 1U) != 0) other.cluster = s.cluster;
   }
   out.append(s);
   return Sighted::kTaken;
@@ -269,12 +279,25 @@ void EvidenceJob::assign() {
       say_[i].ratio = 0.0;
     }
   }
+  for (std::size_t i = 0; i < n; ++i) best_of_[(*sightings_)[i].cluster] = static_cast<std::uint16_t>(i);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::uint16_t& best = best_of_[(*sightings_)[i].cluster];
+    if (say_[i].ratio > say_[best].ratio) best = static_cast<std::uint16_t>(i);
+  }
+  constexpr double kUsual = 1.5;  // crowding that scattered boulders may show
+  constexpr double kLeastEcho = 0.4;
+  echo_ = ground_->crowding() > kUsual ? kUsual / ground_->crowding() : 1.0;
+  if (echo_ < kLeastEcho) echo_ = kLeastEcho;
 }
 
 void EvidenceJob::multiply(int share) {
   const double p = kShares[share];
   double sum = 0.0;
-  for (std::size_t i = 0; i < sightings_->size(); ++i) sum += ln(1.0 - p + p * say_[i].ratio);
+  for (std::size_t i = 0; i < sightings_->size(); ++i) {
+    const double term = ln(1.0 - p + p * say_[i].ratio);
+    const bool echo = term > 0.0 && best_of_[(*sightings_)[i].cluster] != i;
+    sum += echo ? echo_ * term : term;
+  }
   sums_[share] = sum;
 }
 

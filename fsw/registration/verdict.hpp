@@ -10,6 +10,11 @@
 /// boulder alone, the one that it agrees with best; for others that lean on it the sum counts as zero.
 /// Local boulders closer to one another than 2 s are taken as one (sight()). Both only lower S.
 ///
+/// Clusters. Where the map's boulders crowd (Ground::crowding() above 1.5), a cluster of local boulders
+/// that happens to lie on one of the map's agrees in all its members at once. Of local boulders that hang
+/// together (links of 8 sigma_pair, kCrowdSigmas) the best then counts whole, each other one that speaks
+/// for the pose by the share 1.5 / crowding, at least 0.4. That, too, only lowers S.
+///
 /// Log ratio. The marginal likelihood over the pose, by Laplace's method at the most probable pose:
 ///     log_ratio = S - chi2/2 + ln( (2 pi)^(d/2) sqrt(det C) ) - ln V
 /// chi2: distance from the prior, C: covariance after the fix, V = (2 pi)^(d/2) sqrt(det P): volume of the
@@ -63,8 +68,11 @@ struct Sighting {
   double diameter_m = 0.0;    ///< 0 = unknown
   double size_density = 0.0;  ///< Ground::size_density of it; 0 = sizes are not looked at
   std::uint16_t local = 0;    ///< index in the LocalMap
+  std::uint16_t cluster = 0;  ///< the same for those that hang together: the lowest index among them
 };
 using Sightings = FixedVector<Sighting, cfg::kMaxLocalBoulders>;
+
+inline constexpr double kCrowdSigmas = 8.0;  ///< what Ground's crowd_m is in sigma_pair
 
 struct EvidenceParams {
   double sigma_pair_m = cfg::kMission.icp_sigma_pair_m;  ///< of a pair per axis, [1e-3, 10]
@@ -178,6 +186,8 @@ class EvidenceJob {
   double sum_wr2_ = 0.0;  ///< over sigma^2
   double sum_r2_m2_ = 0.0;
   Say say_[cfg::kMaxLocalBoulders] = {};
+  std::uint16_t best_of_[cfg::kMaxLocalBoulders] = {};  ///< of a cluster, by its lowest index
+  double echo_ = 1.0;                                   ///< what the others of a cluster count
   std::uint16_t owner_[cfg::kMaxMapWindowBoulders] = {};
   Evidence result_;
 };

@@ -395,6 +395,36 @@ void structure_cells(bool right_place, bool confirmed) {
     }
   }
 }
+/// The hard ones among clusters, for themselves.
+void suite_clusters() {
+  for (const bool right_place : {false, true}) {
+    head(right_place ? "tight clusters, right place, 20 true of 29" : "tight clusters of another place");
+    for (const double sigma : {0.1, 1.0}) {
+      for (const double d : {0.5, 1.0}) {
+        for (const int per : {8, 12}) {
+          for (const double spread : {0.1, 0.15}) {
+            Cell c = usual(d);
+            if (right_place) {
+              c.most = 0;
+              c.view.boulders = 29;
+              c.view.truths = 20;
+            }
+            c.ground.pattern = Pattern::kClusters;
+            c.ground.per_cluster = per;
+            c.ground.spread_m = spread;
+            c.site = right_place ? Site::kRight : Site::kElsewhere;
+            c.start = {sigma, 0.02};
+            print((text("clusters of %.0f, spread %.2f, sigma %.1f", per, spread, sigma) +
+                   text(", %.1f per m2", d))
+                      .c_str(),
+                  run(c, search, trials));
+          }
+        }
+      }
+    }
+  }
+}
+
 void suite_structure() {
   head("lattices, rows, clusters of another place");
   structure_cells(false, false);
@@ -560,6 +590,7 @@ int main(int argc, char** argv) {
   const Suite suites[] = {{"start", suite_start},
                           {"wrong", suite_wrong},
                           {"structure", suite_structure},
+                          {"clusters", suite_clusters},
                           {"confirmed-structure", suite_confirmed_structure},
                           {"right-structure", suite_right_structure},
                           {"least", suite_least},

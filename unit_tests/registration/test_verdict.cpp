@@ -82,7 +82,7 @@ bool see(const EvidenceParams& params) {
 }
 
 void weigh(const EvidenceParams& params, const PosePrior& prior, const Hypothesis& from) {
-  assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05), GridStatus::kRunning);
+  assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05, 0.4), GridStatus::kRunning);
   assert_true(test::run_whole(ground));
   assert_true(see(params));
   assert_status(job.start(params, ground, seen, prior, from), EvidenceStatus::kRunning);
@@ -389,7 +389,7 @@ void test_density_is_local(void**) {
     b.p_map_m = kCentre + p;
     assert_true(map_boulders.push_back(b));
   }
-  assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05), GridStatus::kRunning);
+  assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05, 0.4), GridStatus::kRunning);
   assert_true(test::run_whole(ground));
   const double left = 1200.0 / (12.0 * 8.0);
   for (const double y : {-4.0, 0.0, 2.0, 3.8}) {
@@ -398,6 +398,37 @@ void test_density_is_local(void**) {
   }
   assert_near(ground.area_m2(), 3.14159 * 64.0 * 0.804, 10.0);  // disc below y = 4 m
   assert_true(ground.size_density(0.2) == 0.0);                 // no diameters known
+}
+
+/// Crowding is about 1 on scattered ground and many times that in clusters; there a second local boulder of
+/// a cluster counts for less than one by itself.
+void test_clusters_count_for_less(void**) {
+  Random random(13);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  const PosePrior prior = prior_of(0.2, 0.03, kTruth);
+  lay(random, 2.0, 12, 0, 0.02);
+  weigh(params, prior, kTruth);
+  assert_near(ground.crowding(), 1.0, 0.3);
+  map_boulders.clear();
+  local_map.clear();
+  for (int c = 0; c < 16; ++c) {
+    const Vec2 middle(uniform(random, -7.0, 7.0), uniform(random, -7.0, 7.0));
+    for (int k = 0; k < 6; ++k) {
+      MapBoulder b;
+      b.p_map_m = kCentre + middle + 0.15 * Vec2(gauss(random), gauss(random));
+      assert_true(map_boulders.push_back(b));
+      if (c % 4 == 0) add_local(b.p_map_m);
+    }
+  }
+  weigh(params, prior, kTruth);
+  assert_true(ground.crowding() > 5.0);
+  const std::size_t n = seen.size();
+  const double together = job.result().S;
+  for (Sighting& s : seen) s.cluster = static_cast<std::uint16_t>(&s - seen.begin());  // each by itself
+  assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kRunning);
+  assert_true(test::run_whole(job));
+  assert_true(n > 10 && together < 0.75 * job.result().S && together > 0.3 * job.result().S);
 }
 
 // ---- the verdict ------------------------------------------------------------------------------------------
@@ -474,6 +505,7 @@ int main() {
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_slices_give_the_same),
       cmocka_unit_test(test_density_is_local),
+      cmocka_unit_test(test_clusters_count_for_less),
       cmocka_unit_test(test_each_verdict),
       cmocka_unit_test(test_decoys),
   };
