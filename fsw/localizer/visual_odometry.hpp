@@ -68,7 +68,7 @@ class VisualOdometry {
   [[nodiscard]] bool init(const VoParams& params, const StereoRig& rig);
 
   /// Starts on a pair (borrowed until done). `motion_prior`, where given, replaces the last motion as the
-  /// prediction of T_prev_cur; it is a valid pose.
+  /// prediction of T_prev_cur; a pose that is not valid asserts.
   VoStatus start(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior = nullptr);
   Progress step(WorkBudget& budget);
   VoStatus status() const { return status_; }
