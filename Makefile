@@ -44,8 +44,11 @@ INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
 comma   := ,
 SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
 COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG) $(BARE_DEFS)
+# Where size_t has 32 bits, the casts that others of these ask for on 64 would be called useless.
+FLIGHT_WARN := -Wpedantic -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-qual -Wundef \
+           $(if $(BARE),,-Wuseless-cast)
 # Flight code: no exceptions, RTTI, guarded statics, stack protector; a section a function, so that unused code goes.
-FLIGHT  := $(COMMON) -g $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) -fno-exceptions -fno-rtti \
+FLIGHT  := $(COMMON) $(FLIGHT_WARN) -g $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) -fno-exceptions -fno-rtti \
            -fno-threadsafe-statics -fno-stack-protector -ffunction-sections -fdata-sections -fstack-usage \
            -fcallgraph-info=su
 # Lines only: whole debug information of templates is a quarter of the time to build.
@@ -446,7 +449,7 @@ CHECK        = python3 -B ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
 OF_TEXT     := floors trace names layout prose
-SELF_TESTS  := $(addprefix check-self-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) integration))
+SELF_TESTS  := $(addprefix check-self-,$(PROOFS) warnings $(if $(BARE),,$(OF_TEXT) integration))
 CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
 # An image is proved with the library where there is one that is not older.
@@ -456,8 +459,9 @@ DEFINES      = $(filter -D% -I%,$(INC))
 
 # Violations planted on purpose, compiled for the target, must be seen.
 $(SELF_TESTS): check-self-%:
-	@$(CHECK)/$*.py $(if $(filter $*,$(PROOFS)),$(TOOLS)) $(SELF_$*) --self-test
+	@$(CHECK)/$*.py $(if $(filter $*,$(PROOFS) warnings),$(TOOLS)) $(SELF_$*) --self-test
 SELF_isa     = --machine '$(ELF_MACHINE)'
+SELF_warnings = $(SELF_isa)
 SELF_memory  = --link '$(CXX) $(CPU)'
 check-floors:
 	@$(CHECK)/floors.py

@@ -53,7 +53,7 @@ inline constexpr std::size_t kReferenceLengthAt = 76;  // u8, characters of the 
 inline constexpr std::size_t kReferenceAt = 77;        // printable ASCII; after it the models, the head's CRC
 inline constexpr std::size_t kMaxReferenceBytes = 255;
 // Head CRC: the head's last bytes; with the two CRCs in the head it answers for the whole file.
-inline constexpr std::size_t kCrcBytes = 4;
+inline constexpr std::uint32_t kCrcBytes = 4;
 inline constexpr std::size_t kMinHeadBytes = kReferenceAt + kCrcBytes;
 
 // Attributes, in this order in the models and for each boulder in the stream.

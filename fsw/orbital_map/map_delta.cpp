@@ -9,7 +9,6 @@ namespace cairn {
 namespace {
 
 constexpr std::uint32_t kCopyUnitBytes = 256;
-constexpr std::uint32_t kCrcBytes = cmap::kCrcBytes;
 constexpr std::uint32_t kHeadAt = delta::kHeadAt;
 constexpr std::uint32_t kLengthBytes = delta::kLengthBytes;
 
@@ -63,7 +62,7 @@ DeltaStatus DeltaJob::check(std::size_t delta_bytes, std::size_t base_bytes, std
   if (delta_bytes - kHeadAt - shape_.head_bytes < map_bytes(shape_.tiles())) return DeltaStatus::kTruncated;
   if (!base_shape_.read(base_, base_bytes) || base_shape_.file_bytes > base_bytes ||
       base_shape_.file_bytes != be::get_u32(delta_ + delta::kBaseBytesAt) ||
-      be::get_u32(base_ + base_shape_.head_bytes - kCrcBytes) !=
+      be::get_u32(base_ + base_shape_.head_bytes - cmap::kCrcBytes) !=
           be::get_u32(delta_ + delta::kBaseHeadCrcAt)) {
     return DeltaStatus::kOtherBase;
   }
@@ -100,7 +99,7 @@ void DeltaJob::copy_unit() {
 
 void DeltaJob::seal_tile() {
   be::put_u32(out_ + out_at_, crc_);
-  out_at_ += kCrcBytes;
+  out_at_ += cmap::kCrcBytes;
   sealing_ = false;
 }
 
@@ -112,7 +111,7 @@ void DeltaJob::begin_tile() {
   const bool in_delta = (here[tile / 8U] >> (7U - tile % 8U) & 1U) != 0;
   status_ = in_delta ? find_in_delta() : find_in_base(tile);
   if (status_ != DeltaStatus::kApplying) return;
-  const std::uint32_t length = left_ + (sealing_ ? kCrcBytes : 0U);
+  const std::uint32_t length = left_ + (sealing_ ? cmap::kCrcBytes : 0U);
   if (length > shape_.file_bytes - out_at_) status_ = DeltaStatus::kBadSize;
 }
 
@@ -147,9 +146,9 @@ DeltaStatus DeltaJob::find_in_base(std::uint32_t tile) {
   const std::uint32_t end = base_offset(twin + 1U);
   if (end < begin || end > base_shape_.file_bytes - base_shape_.payloads_at()) return DeltaStatus::kBadBase;
   if (end == begin) return DeltaStatus::kApplying;
-  if (end - begin <= kCrcBytes) return DeltaStatus::kBadBase;
+  if (end - begin <= cmap::kCrcBytes) return DeltaStatus::kBadBase;
   from_ = base_ + base_shape_.payloads_at() + begin;
-  left_ = end - begin - kCrcBytes;
+  left_ = end - begin - cmap::kCrcBytes;
   sealing_ = true;
   std::uint8_t number[4];
   be::put_u32(number, tile);

@@ -33,7 +33,7 @@ void put_u32(Bytes& out, std::uint32_t value) {
 /// Whether the payloads are the same but for their CRCs, which hold the tile's number.
 bool same_content(const Bytes& a, const TilePiece& in_a, const Bytes& b, const TilePiece& in_b) {
   if (in_a.bytes != in_b.bytes) return false;
-  const std::size_t coded = in_a.bytes - std::min(in_a.bytes, cmap::kCrcBytes);
+  const std::size_t coded = in_a.bytes - std::min<std::size_t>(in_a.bytes, cmap::kCrcBytes);
   return std::equal(a.data() + in_a.offset, a.data() + in_a.offset + coded, b.data() + in_b.offset);
 }
 
