@@ -48,9 +48,9 @@ COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) 
 FLIGHT_WARN := -Wpedantic -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-qual -Wundef \
            $(if $(BARE),,-Wuseless-cast)
 # Flight code: no exceptions, RTTI, guarded statics, stack protector; a section a function, so that unused code goes.
-FLIGHT  := $(COMMON) $(FLIGHT_WARN) -g $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) -fno-exceptions -fno-rtti \
-           -fno-threadsafe-statics -fno-stack-protector -ffunction-sections -fdata-sections -fstack-usage \
-           -fcallgraph-info=su
+FLIGHT  := $(COMMON) $(FLIGHT_WARN) -g $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) \
+           -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
+           -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su
 # Lines only: whole debug information of templates is a quarter of the time to build.
 GROUND  := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools
 BARE_CXX := $(if $(BARE),-fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)
@@ -250,6 +250,9 @@ replay: ## play a tape on the target (TAPE=file, default the sample): sums of th
 check: ## proofs of the flight library; floors, traces, names, layout, format; static analysis; short fuzzing
 	$(call ready,check,-k $(CHECKS))
 
+icd: ## make the ICD's tables from the code: telemetry, telecommands, numbers of statuses
+	@$(CHECK)/icd.py --write
+
 fmt: ## format all C++ (clang-format)
 	clang-format -i $(CXX_FILES)
 
@@ -448,7 +451,7 @@ FOLDERS     := $(wildcard fsw hal platform ground_tools unit_tests mission_cfg)
 CHECK        = python3 -B ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
-OF_TEXT     := floors trace names layout prose
+OF_TEXT     := floors trace names layout prose icd
 SELF_TESTS  := $(addprefix check-self-,$(PROOFS) warnings $(if $(BARE),,$(OF_TEXT) integration))
 CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
@@ -485,6 +488,8 @@ check-names:
 	@$(CHECK)/names.py
 check-layout:
 	@$(CHECK)/layout.py
+check-icd:
+	@$(CHECK)/icd.py
 check-format:
 	@clang-format --dry-run -Werror $(CXX_FILES) && echo 'format: all files as clang-format has them'
 # arrayIndexThenCheck takes a tie broken by index for a bound.

@@ -1,4 +1,5 @@
-/// Framing that telemetry and telecommands share; doc/ICD.md. Their content: app/telemetry.hpp, telecommand.hpp.
+/// The framing that telemetry and telecommands share (doc/ICD.md); their content is app/telemetry.hpp's and
+/// app/telecommand.hpp's.
 ///
 /// A packet is big-endian: type u8, version u8 (1), size u16 of the whole packet, sequence u32, body, CRC-32
 /// of all before it. Floating point travels as IEEE 754. A pose is t (x, y, z, m) and q

@@ -5,8 +5,8 @@
 ///   inline constexpr std::size_t kFixStatusCount = 12;
 ///   static_assert(enum_has<FixStatus, kFixStatusCount>());
 ///
-/// C++17 has no question for it; GCC and Clang spell a template argument that is an enumerator by its name, and
-/// any other value as a cast, "(FixStatus)12". For static_assert alone: nothing of it is in the program.
+/// C++17 has no question for it; GCC and Clang spell a template argument that is an enumerator by its name,
+/// and any other value as a cast, "(FixStatus)12". For static_assert alone: nothing of it is in the program.
 #pragma once
 
 #include <cstddef>

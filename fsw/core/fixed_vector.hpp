@@ -1,8 +1,8 @@
 /// A vector with its memory inside and a capacity fixed at compile time.
 ///
-/// Where data decide how much comes, `push_back` into a full vector is a returned `false` that the caller counts.
-/// Where we have made sure that there is room, `append` says so, and asserts. An index out of range is our fault
-/// and asserts.
+/// Where data decide how much comes, `push_back` into a full vector is a returned `false` that the caller
+/// counts. Where we have made sure that there is room, `append` says so, and asserts. An index out of range
+/// is our fault, and asserts.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The framing of packets: writer, reader and sizer; what is refused, test_telemetry and test_telecommand show.
+// The framing of packets: writer and sizer. Reading, and what is refused: test_telemetry, test_telecommand.
 #include "app/packet.hpp"
 
 #include "core/crc32.hpp"
