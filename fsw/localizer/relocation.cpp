@@ -125,7 +125,8 @@ void Relocation::begin_window() {
 
 void Relocation::begin_ground() {
   const GridStatus ground =
-      ground_.start(window_, window_centre_m_, window_radius_m_, kGateSigmas * params_.evidence.sigma_pair_m);
+      ground_.start(window_, window_centre_m_, window_radius_m_, kGateSigmas * params_.evidence.sigma_pair_m,
+                    kCrowdSigmas * params_.evidence.sigma_pair_m);
   phase_ = Phase::kGround;
   // What cannot be weighed is no evidence for anything.
   if (window_full_ || ground != GridStatus::kRunning) next_hit();
