@@ -21,13 +21,13 @@ struct Mission {
   double camera_pitch_down_rad = 0.68067840827778852;  // 39 degrees
 
   // Capacities.
-  int max_features = 600;              ///< per image
-  int max_labels = 128;                ///< segmented regions per frame
-  int max_map_window_boulders = 4096;  ///< orbital boulders near the rover
-  int max_local_boulders = 256;        ///< ground boulders in the sliding window
-  int max_wide_map_boulders = 16384;   ///< of the map, where a lost rover is looked for
+  int max_features = 600;                ///< per image
+  int max_labels = 128;                  ///< segmented regions per frame
+  int max_map_window_boulders = 4096;    ///< orbital boulders near the rover
+  int max_local_boulders = 256;          ///< ground boulders in the sliding window
+  int max_wide_map_boulders = 16384;     ///< of the map, where a lost rover is looked for
   int occupancy_bits = 8 * 1024 * 1024;  ///< raster of the same
-  int max_map_chunks = 4096;           ///< of one uplinked map (orbital_map/map_transfer.hpp)
+  int max_map_chunks = 4096;             ///< of one uplinked map (orbital_map/map_transfer.hpp)
 
   // Budgets of memory; `make check` holds each target's library to them.
   int root_max_bytes = 8 * 1024 * 1024;  ///< all static memory of the flight module
@@ -53,15 +53,27 @@ struct Mission {
   double boulder_min_diameter_m = 0.08;  ///< smaller ones are not in the local map
   int local_map_frames = 60;             ///< sliding window: two intervals between fixes
 
-  // Fusion (localizer/pose_fusion.hpp): what VO may be off. Systematic: about the paper's drift;
-  // the rest is noise.
-  double drift_scale = 0.02;
-  double drift_yaw_rad_per_m = 0.002;  ///< 0.11 degrees
-  double drift_noise_xy_m = 0.01;      ///< of one metre; grows with the square root of the way
-  double drift_noise_yaw_rad = 0.002;
-  double fix_floor_xy_m = 0.02;  ///< no fix is believed to be better: fixes share boulders and map
-  double fix_floor_yaw_rad = 0.004;
+  // Fusion (localizer/pose_fusion.hpp): what VO may be off. Rendered drives of four scenes gave rates of
+  // 0.0001 and 0.00006 to 0.0002 rad a metre with an exact calibration, a car's 0.005 and 0.0002; one that is
+  // 2 % off is still believed within six sigmas, and learnt.
+  double drift_scale = 0.004;
+  double drift_yaw_rad_per_m = 0.0004;  ///< 0.02 degrees
+  double max_drift_scale = 0.05;        ///< beyond it a rig would not have been flown
+  double max_drift_yaw_rad_per_m = 0.005;
+  double drift_noise_xy_m = 0.002;  ///< of one metre; grows with the square root of the way
+  double drift_noise_yaw_rad = 0.0004;
+  double drift_noise_turn = 0.004;  ///< of one radian turned, as VO's yaw errors of a metre and more
+  double fix_common_xy_m = 0.02;    ///< a map's shift, and what the sunlit side of all boulders is off
+  double fix_common_yaw_rad = 0.003;
+  double fix_common_length_m = 50.0;  ///< over which these become others
+  // Frames without VO. Sigmas, of which three are the most that can be; they add up from frame to frame.
+  double unseen_step_m = 0.05;       ///< the rover drives some 0.06 m a frame ...
+  double unseen_step_rad = 0.05;     ///< ... and turns 0.035 rad on the spot
+  double prior_share = 0.1;          ///< of the way and turn that a motion prior tells: slip
+  double prior_sigma_rad = 0.001;    ///< of its yaw
   double map_window_radius_m = 8.0;  ///< orbital boulders near the VO position
+  double track_log_odds = 6.9;       ///< ln of the odds of a track that a fix has confirmed: 1000 to 1
+  int lost_after_fixes = 3;          ///< fixes in a row that speak against the pose (localizer/trust.hpp)
 
   // Registration (registration/icp.hpp). Boulders of a local map lie some 0.3 m apart at the smallest size
   // that both maps hold, and a drive drifts a few centimetres between fixes.
@@ -78,6 +90,7 @@ struct Mission {
   double icp_max_scale_change = 0.10;     ///< five times a bad stereo baseline
   int icp_job_max_bytes = 160 * 1024;
   int pose_search_max_bytes = 320 * 1024;
+  int map_fix_max_bytes = 2 * 1024 * 1024;  ///< with the search in the whole map
 
   // Labelling (labeling/clustering.hpp).
   int max_cluster_points = 1024;  ///< 3D points of the boulders of one frame, or boulders of the local map

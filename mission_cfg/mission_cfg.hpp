@@ -23,6 +23,7 @@ inline constexpr std::size_t kCodeMaxBytes = kMission.code_max_bytes;
 inline constexpr std::size_t kStackMaxBytes = kMission.stack_max_bytes;
 inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
 inline constexpr std::size_t kPoseSearchMaxBytes = kMission.pose_search_max_bytes;
+inline constexpr std::size_t kMapFixMaxBytes = kMission.map_fix_max_bytes;
 inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
 inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_linkage_points;
 

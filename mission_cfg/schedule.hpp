@@ -16,7 +16,7 @@ enum class Task : std::uint8_t {
   kVo,        ///< an overrun goes on in the next minor frame, whose pair is dropped and counted
   kBoulders,  ///< an overrun is abandoned: the frame adds nothing to the local map
   kFixBegin,  ///< snapshot of the local map and the orbital boulders near the rover
-  kFix,       ///< registration, spread over several minor frames; goes on in the next one
+  kFix,       ///< registration, over several minor frames; of a lost rover in all of them
   kFixApply,  ///< the correction, at this frame and no other; a registration that is not done
               ///< is late, and counted
 };
@@ -37,8 +37,8 @@ inline constexpr std::uint32_t kOpsPerPixel = 400;
 inline constexpr std::uint32_t kImageOps = kOpsPerPixel * static_cast<std::uint32_t>(kImagePixels);
 
 inline constexpr ScheduleRow kSchedule[] = {
-    {Task::kVo, 0, 29, kImageOps},   {Task::kBoulders, 0, 29, kImageOps}, {Task::kFixBegin, 24, 24, 200'000},
-    {Task::kFix, 24, 28, 1'000'000}, {Task::kFixApply, 29, 29, 10'000},
+    {Task::kVo, 0, 29, kImageOps},  {Task::kBoulders, 0, 29, kImageOps}, {Task::kFixBegin, 24, 24, 200'000},
+    {Task::kFix, 0, 29, 1'000'000}, {Task::kFixApply, 29, 29, 10'000},
 };
 inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 
@@ -60,10 +60,10 @@ constexpr bool schedule_is_sound() {
       return false;
     }
     if (row.task == Task::kFixBegin) begin = row.last_minor;
-    if (row.task == Task::kFix) work = row.first_minor;
+    if (row.task == Task::kFix) work = row.last_minor;
     if (row.task == Task::kFixApply) apply = row.first_minor;
   }
-  return begin >= 0 && work >= begin && apply > work;
+  return begin >= 0 && work >= begin && apply > begin;
 }
 static_assert(schedule_is_sound(),
               "schedule: VO first and always; a fix begins before it is worked on and applied");

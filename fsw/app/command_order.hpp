@@ -1,5 +1,5 @@
-/// Which telecommand is new, by sequence number, so that one that comes twice, late or overtaken changes
-/// nothing.
+/// Which telecommand is new, by sequence number, so that one that comes twice, late or
+/// overtaken changes nothing.
 ///
 /// Each type of command is judged by itself: different types act on different things, and the order in which
 /// they come does not matter. Of each type the newest command that was accepted is remembered; one that was

@@ -230,6 +230,7 @@ void FlightApp::report_minor() {
   r.pose_source = static_cast<std::uint8_t>(localizer_.pose_source());
   r.vo_status = static_cast<std::uint8_t>(localizer_.vo().status());
   r.boulder_status = static_cast<std::uint8_t>(localizer_.observer().status());
+  r.trust = static_cast<std::uint8_t>(localizer_.trust());
   r.T_map_cam_vo = localizer_.vo_T_map_cam();
   r.T_map_cam = localizer_.T_map_cam();
   r.sigma_xy_m = static_cast<float>(localizer_.fusion().sigma_xy_m());
@@ -274,6 +275,13 @@ void FlightApp::report_fix() {
   r.trimmed = fix.trimmed;
   r.gated = fix.gated;
   r.iterations = fix.iterations;
+  r.snapshot = fix.frame;
+  r.lost = fix.lost ? 1 : 0;
+  r.chi2 = static_cast<float>(fix.chi2);
+  r.log_ratio = static_cast<float>(fix.log_ratio);
+  r.second_log_ratio = static_cast<float>(fix.second_log_ratio);
+  r.chance_log = static_cast<float>(fix.chance_log);
+  r.hypotheses = fix.hypotheses;
   send(r);
   for (const LocalBoulder& b : localizer_.local_map()) {
     const Vec2 p_map_m = localizer_.T_map_site() * b.p_site_m;

@@ -103,6 +103,8 @@ inline constexpr RootPart kRootParts[] = {
     {"boulder tracks and local map", sizeof(BoulderTracks) + sizeof(LocalMap), cfg::kTracksMaxBytes},
     {"orbital map window", sizeof(MapBoulders), cfg::kMapWindowMaxBytes},
     {"registration", sizeof(IcpJob), cfg::kIcpJobMaxBytes},
+    {"fix by the map", sizeof(MapFix), cfg::kMapFixMaxBytes},
+    {"  of it search in the whole map", sizeof(WideMap), cfg::kWideMapMaxBytes},
     {"map transfer", sizeof(MapTransfer), cfg::kTransferMaxBytes},
     {"root, all static memory", sizeof(FlightApp), cfg::kRootMaxBytes},
 };

@@ -12,6 +12,7 @@ void walk(Walker& w, Report& r, const FrameReport*) {
   w.field(r.pose_source);
   w.field(r.vo_status);
   w.field(r.boulder_status);
+  w.field(r.trust);
   w.field(r.T_map_cam_vo);
   w.field(r.T_map_cam);
   w.field(r.sigma_xy_m);
@@ -51,6 +52,13 @@ void walk(Walker& w, Report& r, const FixReport*) {
   w.field(r.trimmed);
   w.field(r.gated);
   w.field(r.iterations);
+  w.field(r.snapshot);
+  w.field(r.lost);
+  w.field(r.chi2);
+  w.field(r.log_ratio);
+  w.field(r.second_log_ratio);
+  w.field(r.chance_log);
+  w.field(r.hypotheses);
 }
 
 template <typename Walker, typename Report>

@@ -34,6 +34,7 @@ struct FrameReport {
   std::uint8_t vo_status = 0;      ///< `VoStatus`
   /// `ObserveStatus`; 0: not observed, since VO held the pose; 1: not finished in time
   std::uint8_t boulder_status = 0;
+  std::uint8_t trust = 0;              ///< `Trust`
   Pose3 T_map_cam_vo;                  ///< left camera, VO alone
   Pose3 T_map_cam;                     ///< left camera, corrected
   float sigma_xy_m = 0.0F;             ///< standard deviation of the corrected x and y, each
@@ -74,6 +75,13 @@ struct FixReport {
   std::uint16_t trimmed = 0;         ///< pairs rejected as the worst
   std::uint16_t gated = 0;           ///< local boulders without a partner
   std::uint16_t iterations = 0;      ///< of the registration
+  std::uint32_t snapshot = 0;        ///< frame that it speaks of, counted from the start
+  std::uint8_t lost = 0;             ///< 1: looked for in the whole map; else 0
+  float chi2 = 0.0F;                 ///< against the pose before, three degrees of freedom
+  float log_ratio = 0.0F;            ///< of same ground against chance, nats
+  float second_log_ratio = 0.0F;     ///< of the second best pose, nats; -1000: none
+  float chance_log = 0.0F;           ///< what this map does by chance, nats; 1000: nothing
+  std::uint32_t hypotheses = 0;      ///< poses looked at
 };
 
 /// A boulder of the local map, after each registration.

@@ -21,6 +21,40 @@ FixStatus fix_status(IcpStatus status) {
   return FixStatus::kBadInput;
 }
 
+FixStatus fix_status(MapFixStatus status) {
+  switch (status) {
+    case MapFixStatus::kAccepted: return FixStatus::kApplied;
+    case MapFixStatus::kNoMap: return FixStatus::kNoMap;
+    case MapFixStatus::kNoMapBoulders: return FixStatus::kNoMapBoulders;
+    case MapFixStatus::kNoLocalBoulders: return FixStatus::kNoLocalBoulders;
+    case MapFixStatus::kNoSearchRoom: return FixStatus::kNoSearchRoom;
+    case MapFixStatus::kNoHypothesis: return FixStatus::kNoHypothesis;
+    case MapFixStatus::kInconsistent: return FixStatus::kInconsistent;
+    case MapFixStatus::kTooLittleEvidence: return FixStatus::kTooLittleEvidence;
+    case MapFixStatus::kAmbiguous: return FixStatus::kAmbiguous;
+    case MapFixStatus::kChanceAgreement: return FixStatus::kChanceAgreement;
+    case MapFixStatus::kWeakGeometry: return FixStatus::kWeakGeometry;
+    case MapFixStatus::kIdle:
+    case MapFixStatus::kRunning: return FixStatus::kLate;
+    case MapFixStatus::kBadInput: break;
+  }
+  return FixStatus::kBadInput;
+}
+
+constexpr double kRefuted = 6.9;  // nats against the pose: odds of 1000 to 1
+
+/// What a fix says of the pose. Evidence that was not to be expected tells nothing by its absence.
+TrustEvent trust_event(FixStatus status, bool proof_expected) {
+  switch (status) {
+    case FixStatus::kApplied: return TrustEvent::kFixAccepted;
+    case FixStatus::kInconsistent: return TrustEvent::kFixInconsistent;
+    case FixStatus::kNoHypothesis:
+    case FixStatus::kTooLittleEvidence:
+      return proof_expected ? TrustEvent::kFixDeclined : TrustEvent::kFixUndecided;
+    default: return TrustEvent::kFixUndecided;
+  }
+}
+
 }  // namespace
 
 LocalizerParams paper_params() {
@@ -45,6 +79,8 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   T_map_site_ = T_map_site_start_ = Pose2();
   T_site_rover_ = T_site_rover_vo_ = Pose3();
   fusion_.init(params.fusion, 0.0, 0.0);
+  trust_.init(params.trust);
+  confirmed_by_fix_ = false;
   stage_ = FrameStage::kNoStart;
   pose_source_ = PoseSource::kNone;
   fix_ = {};
@@ -57,22 +93,31 @@ LocalizerStatus Localizer::set_start(const Pose3& T_map_rover, double sigma_xy_m
   const auto positive = [](double v) { return v > 0.0 && std::isfinite(v); };
   if (!is_valid(T_map_rover) || !positive(sigma_xy_m) || !positive(sigma_yaw_rad))
     return LocalizerStatus::kBadPose;
+  begin_site(T_map_rover, sigma_xy_m, sigma_yaw_rad);
+  trust_.on(sigma_xy_m < kUnknownStart_m ? TrustEvent::kStartGiven : TrustEvent::kStartUnknown);
+  return LocalizerStatus::kReady;
+}
+
+void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad) {
   // The site's origin lies at the start, its axes are the map's as far as the start pose knows them.
   T_map_site_start_ = {T_map_rover.t.x(), T_map_rover.t.y(), 0.0};
   T_map_site_ = T_map_site_start_;
   T_site_rover_ = lift(T_map_site_start_).inverse() * T_map_rover;
   T_site_rover_vo_ = T_site_rover_;
   fusion_.init(params_.fusion, sigma_xy_m, sigma_yaw_rad);
+  trust_.init(params_.trust);
+  confirmed_by_fix_ = false;
+  against_nats_ = 0.0;
   last_step_ = Pose3();
   stage_ = FrameStage::kDone;
   pose_source_ = PoseSource::kNone;
   fix_ = {};
+  applied_frame_ = 0;
   local_map_.clear();
   observer_.init(params_.boulders, rig_);
   tracks_.init(params_.tracks);
   const bool valid = vo_.init(params_.vo, rig_);
   CAIRN_ASSERT(valid);  // Localizer::init refused a rig that is not
-  return LocalizerStatus::kReady;
 }
 
 LocalizerStatus Localizer::set_trim(const StepTrim& trim) {
@@ -136,10 +181,15 @@ void Localizer::move(const Pose3& T_prev_cur) {
   step.t *= trim_.scale;
   step.q = (step.q * lift({0.0, 0.0, trim_.yaw_rad_per_m * distance}).q).normalized();
   T_site_rover_vo_ = T_site_rover_vo_ * step;
-  const Vec3 before = T_map_rover().t;
+  const Pose2 before = planar(T_map_rover());
   T_site_rover_ = T_site_rover_ * fusion_.calibrated(step);
-  const Vec3 moved = T_map_rover().t - before;
-  fusion_.propagate(Vec2(moved.x(), moved.y()));
+  const Pose3 now = T_map_rover();
+  const Pose2 after = planar(now);
+  PlanarStep planar_step;
+  planar_step.d_map_m = after.translation() - before.translation();
+  planar_step.turn_rad = wrap_angle(after.yaw_rad - before.yaw_rad);
+  planar_step.covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, now);
+  fusion_.propagate(planar_step);
 }
 
 Progress Localizer::step_boulders(WorkBudget& budget) {
@@ -159,67 +209,148 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
   return Progress::kDone;
 }
 
+void Localizer::set_map(const OrbitalMap& map) {
+  if (fix_.status == FixStatus::kRunning) finish_fix(FixStatus::kLate);
+  map_ = map;
+}
+
 void Localizer::begin_fix() {
+  tracks_.forget(health_.frames);
+  tracks_.build(local_map_);
+  // A search of the whole map goes on, unless there is much more to be looked for by now.
+  if (fix_.status == FixStatus::kRunning && fix_.lost && 2 * local_map_.size() < 3U * fix_.local_boulders)
+    return;
   fix_ = {};
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
-  tracks_.forget(health_.frames);
-  tracks_.build(local_map_);
-  map_window_.clear();
-  const Pose2 rover_map = planar(T_map_rover());
-  const WindowStatus window = map_.window(rover_map.translation(), params_.map_window_radius_m, map_window_);
   fix_.local_boulders = static_cast<std::uint16_t>(local_map_.size());
+  fix_pivot_map_m_ = planar(T_map_rover()).translation();
+  fusion_.snapshot();
+  trust_.snapshot();
+  if (params_.correction == CorrectionMode::kWeighted) {
+    begin_map_fix();
+  } else {
+    begin_registration();
+  }
+}
+
+void Localizer::begin_registration() {
+  map_window_.clear();
+  const WindowStatus window = map_.window(fix_pivot_map_m_, params_.map_window_radius_m, map_window_);
   fix_.map_boulders = static_cast<std::uint16_t>(map_window_.size());
   fix_.map_window_full = window == WindowStatus::kWindowFull;
   if (window == WindowStatus::kNoMap) {
     finish_fix(FixStatus::kNoMap);
     return;
   }
-  fix_prior_.use = params_.correction == CorrectionMode::kWeighted;
-  fix_prior_.sigma_xy_m = fusion_.sigma_xy_m();
-  fix_prior_.sigma_yaw_rad = fusion_.sigma_yaw_rad();
-  fix_pivot_map_m_ = rover_map.translation();
   const Vec2 pivot_site_m = planar(T_site_rover_).translation();
-  const IcpStatus status =
-      icp_.start(params_.icp, map_window_, local_map_, T_map_site_, pivot_site_m, fix_prior_);
+  const IcpStatus status = icp_.start(params_.icp, map_window_, local_map_, T_map_site_, pivot_site_m);
   if (status != IcpStatus::kRunning) finish_fix(fix_status(status));
 }
 
+void Localizer::begin_map_fix() {
+  const Vec2 pivot_site_m = planar(T_site_rover_).translation();
+  fix_.lost = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
+  MapFixParams params = params_.map_fix;
+  params.search.verdict.prior_log_odds =
+      confirmed_by_fix_ && trust_.state() == Trust::kConfirmed ? params_.track_log_odds : 0.0;
+  const MapFixStatus status =
+      fix_.lost
+          ? map_fix_.start_lost(params, map_, local_map_, T_map_site_, pivot_site_m, SearchRegion())
+          : map_fix_.start_tracked(params, map_, local_map_, T_map_site_, pivot_site_m, fusion_.covariance());
+  if (status != MapFixStatus::kRunning) finish_fix(fix_status(status));
+}
+
 Progress Localizer::step_fix(WorkBudget& budget) {
-  return fix_.status == FixStatus::kRunning ? icp_.step(budget) : Progress::kDone;
+  if (fix_.status != FixStatus::kRunning) return Progress::kDone;
+  return params_.correction == CorrectionMode::kWeighted ? map_fix_.step(budget) : icp_.step(budget);
 }
 
 void Localizer::apply_fix() {
   if (fix_.status != FixStatus::kRunning) return;
-  const FixStatus status = fix_status(icp_.status());
-  const IcpResult& result = icp_.result();
-  if (status != FixStatus::kLate) {
-    fix_.scale = result.scale;
-    fix_.rms_m = result.rms_m;
-    fix_.pairs = static_cast<std::uint16_t>(result.pairs_used);
-    fix_.trimmed = static_cast<std::uint16_t>(result.pairs_trimmed);
-    fix_.gated = static_cast<std::uint16_t>(result.pairs_gated);
-    fix_.iterations = static_cast<std::uint16_t>(result.iterations);
-  }
-  if (status == FixStatus::kApplied) {
-    const Pose2 before = planar(T_map_rover());
-    correct({result.dx_m, result.dy_m, result.dyaw_rad}, result.covariance);
-    const Pose2 after = planar(T_map_rover());
-    fix_.correction = {after.x_m - before.x_m, after.y_m - before.y_m,
-                       wrap_angle(after.yaw_rad - before.yaw_rad)};
-  }
+  const bool weighted = params_.correction == CorrectionMode::kWeighted;
+  if (weighted && fix_.lost && map_fix_.status() == MapFixStatus::kRunning)
+    return;  // goes on in the next major frame
+  const Pose2 before = planar(T_map_rover());
+  const FixStatus status = weighted ? take_map_fix() : take_registration();
+  const Pose2 after = planar(T_map_rover());
+  fix_.correction = {after.x_m - before.x_m, after.y_m - before.y_m,
+                     wrap_angle(after.yaw_rad - before.yaw_rad)};
   finish_fix(status);
 }
 
-void Localizer::correct(const Pose2& registered, const Mat3& covariance) {
-  Pose2 c = registered;
-  if (params_.correction == CorrectionMode::kWeighted) {
-    c = fusion_.update(registered, covariance, fix_prior_.sigma_xy_m, fix_prior_.sigma_yaw_rad);
+FixStatus Localizer::take_registration() {
+  const FixStatus status = fix_status(icp_.status());
+  if (status == FixStatus::kLate) return status;
+  const IcpResult& result = icp_.result();
+  fix_.scale = result.scale;
+  fix_.rms_m = result.rms_m;
+  fix_.pairs = static_cast<std::uint16_t>(result.pairs_used);
+  fix_.trimmed = static_cast<std::uint16_t>(result.pairs_trimmed);
+  fix_.gated = static_cast<std::uint16_t>(result.pairs_gated);
+  fix_.iterations = static_cast<std::uint16_t>(result.iterations);
+  if (status == FixStatus::kApplied)
+    turn_about(fix_pivot_map_m_, {result.dx_m, result.dy_m, result.dyaw_rad});
+  return status;
+}
+
+FixStatus Localizer::take_map_fix() {
+  FixStatus status = fix_status(map_fix_.status());
+  if (status == FixStatus::kLate) return status;
+  const MapFixResult& result = map_fix_.result();
+  fix_.scale = result.scale;
+  fix_.rms_m = result.rms_m;
+  fix_.pairs = static_cast<std::uint16_t>(result.pairs + 0.5);
+  fix_.gated = static_cast<std::uint16_t>(result.sightings > fix_.pairs ? result.sightings - fix_.pairs : 0);
+  fix_.map_boulders = result.map_boulders;
+  fix_.log_ratio = result.verdict.log_ratio;
+  fix_.second_log_ratio = result.verdict.second_log_ratio;
+  fix_.chance_log = result.verdict.chance_log;
+  fix_.hypotheses = result.hypotheses;
+  if (status == FixStatus::kApplied) {
+    const FixOffset offset{result.offset, result.covariance};
+    const FusionResult r = fix_.lost ? fusion_.relocate(offset) : fusion_.update(offset, fresh_share());
+    fix_.chi2 = r.chi2;
+    if (r.status == FusionStatus::kFused) {
+      turn_about(fix_pivot_map_m_, r.at_snapshot);
+      turn_about(planar(T_map_rover()).translation(), r.since);
+      applied_frame_ = fix_.frame;
+    } else {
+      status = r.status == FusionStatus::kInconsistent ? FixStatus::kInconsistent : FixStatus::kBadInput;
+    }
   }
-  // Turn about where the rover was at the snapshot, then shift.
-  const Pose2 to_pivot{-fix_pivot_map_m_.x(), -fix_pivot_map_m_.y(), 0.0};
-  const Pose2 turn{0.0, 0.0, c.yaw_rad};
-  const Pose2 from_pivot{fix_pivot_map_m_.x() + c.x_m, fix_pivot_map_m_.y() + c.y_m, 0.0};
+  TrustEvent event = trust_event(status, result.proof_expected);
+  weigh_against(status);
+  if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;
+  trust_.on(event);
+  confirmed_by_fix_ =
+      status == FixStatus::kApplied || (confirmed_by_fix_ && trust_.state() == Trust::kConfirmed);
+  return status;
+}
+
+/// Declined fixes whose boulders are likelier unrelated to the map than on it speak against the pose, and
+/// add up. A search of the whole map settles it: it finds the pose, or there is nothing to be found and the
+/// count begins anew.
+void Localizer::weigh_against(FixStatus status) {
+  if (status == FixStatus::kApplied || fix_.lost) {
+    against_nats_ = 0.0;
+  } else if (fix_.log_ratio < 0.0) {
+    against_nats_ += fix_.log_ratio;
+  }
+}
+
+/// Of the local map, what no applied fix has used yet.
+double Localizer::fresh_share() const {
+  const auto window = static_cast<double>(params_.tracks.window_frames);
+  const double frames = fix_.frame > applied_frame_ ? fix_.frame - applied_frame_ : 1.0;
+  return applied_frame_ == 0 || frames >= window ? 1.0 : frames / window;
+}
+
+/// Turns the site about a point of the map, and shifts it.
+void Localizer::turn_about(const Vec2& pivot_map_m, const Pose2& correction) {
+  const Pose2 to_pivot{-pivot_map_m.x(), -pivot_map_m.y(), 0.0};
+  const Pose2 turn{0.0, 0.0, correction.yaw_rad};
+  const Pose2 from_pivot{pivot_map_m.x() + correction.x_m, pivot_map_m.y() + correction.y_m, 0.0};
   T_map_site_ = from_pivot * turn * to_pivot * T_map_site_;
 }
 

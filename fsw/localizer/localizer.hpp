@@ -13,10 +13,15 @@
 /// C). The local map lies in `site` and does not jump. VO alone, without map and fixes, is integrated beside
 /// it for comparison.
 ///
-/// The correction. `kWeighted` gives the registration a Gaussian prior and weighs its result against VO
-/// (pose_fusion.hpp): a fix from few or ill placed boulders moves the pose little, and what fixes tell of
-/// VO's scale and turn is used on the steps to come. `kWhole` takes each fix whole: the paper's variant,
-/// which makes the early path worse than plain VO.
+/// The correction. `kWeighted` looks for the pose in all that its covariance allows, asks the evidence for a
+/// proof (map_fix.hpp), and weighs what is proved against VO (pose_fusion.hpp): a fix from few or ill placed
+/// boulders moves the pose little, and what fixes tell of VO's scale and turn is used on the steps to come.
+/// `kWhole` is the paper's variant: ICP from the VO pose, believed where it converges and taken whole, which
+/// makes the early path worse than plain VO.
+///
+/// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
+/// to 1, it is looked for in the whole map. That takes as many frames as it takes, while the rover drives on;
+/// the record stays kRunning until then.
 #pragma once
 
 #include <array>
@@ -26,7 +31,9 @@
 #include "core/nodiscard.hpp"
 #include "localizer/boulder_observer.hpp"
 #include "localizer/boulder_tracks.hpp"
+#include "localizer/map_fix.hpp"
 #include "localizer/pose_fusion.hpp"
+#include "localizer/trust.hpp"
 #include "localizer/visual_odometry.hpp"
 #include "orbital_map/orbital_map.hpp"
 #include "registration/icp.hpp"
@@ -53,6 +60,11 @@ struct LocalizerParams {
   IcpParams icp;
   CorrectionMode correction = CorrectionMode::kWeighted;
   FusionParams fusion;
+  TrustParams trust;
+  MapFixParams map_fix;
+  /// Odds, as their logarithm, that a track which a fix has confirmed is on the right map near
+  /// the right pose.
+  double track_log_odds = cfg::kMission.track_log_odds;
   double map_window_radius_m = cfg::kMission.map_window_radius_m;
 };
 
@@ -92,9 +104,15 @@ enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
   kIterationLimit,
   kBeyondLimit,
   kBadInput,
-  kLate,  ///< not finished in its time: overrun
+  kLate,               ///< not finished in its time: overrun
+  kInconsistent,       ///< farther off than sigma allows (pose_fusion.hpp)
+  kNoSearchRoom,       ///< the map holds more boulders there than there is room for
+  kNoHypothesis,       ///< no pose in reach agrees at all
+  kTooLittleEvidence,  ///< unrelated boulders could agree as well (registration/verdict.hpp), as in ...
+  kAmbiguous,          ///< ... another pose agrees nearly as well
+  kChanceAgreement,    ///< ... this map agrees as well at poses that are wrong
 };
-inline constexpr std::size_t kFixStatusCount = 12;
+inline constexpr std::size_t kFixStatusCount = 18;
 static_assert(enum_has<FixStatus, kFixStatusCount>());
 
 struct FixRecord {
@@ -103,6 +121,7 @@ struct FixRecord {
   Pose2 correction;  ///< of the rover's pose in map: new minus old (x, y, yaw)
   double scale = 1.0;
   double rms_m = 0.0;
+  double chi2 = 0.0;        ///< against the pose before, three degrees of freedom; 0 where it was not weighed
   double sigma_xy_m = 0.0;  ///< after the fix
   double sigma_yaw_rad = 0.0;
   std::uint16_t local_boulders = 0;
@@ -112,6 +131,11 @@ struct FixRecord {
   std::uint16_t gated = 0;
   std::uint16_t iterations = 0;
   bool map_window_full = false;
+  bool lost = false;              ///< looked for in the whole map
+  double log_ratio = 0.0;         ///< 'same ground' against 'chance', nats (registration/verdict.hpp)
+  double second_log_ratio = 0.0;  ///< of the second best pose; -1000: none
+  double chance_log = 0.0;        ///< what this map does by chance, nats
+  std::uint32_t hypotheses = 0;   ///< poses looked at
 };
 
 struct LocalizerHealth {
@@ -127,14 +151,18 @@ struct LocalizerHealth {
 
 class Localizer {
  public:
+  static constexpr double kUnknownStart_m = 1.0e4;
+
   /// Forgets everything but trim and map.
   LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);
-  /// Declares where the rover is: T_map_rover, with what it is uncertain by. Starts a new site
-  /// and forgets boulders.
+  /// Declares where the rover is: T_map_rover, with what it is uncertain by; from a sigma of kUnknownStart_m
+  /// on, that it is lost, and the pose stands for the place until a fix is found in the whole map. Starts a
+  /// new site and forgets boulders.
   LocalizerStatus set_start(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   LocalizerStatus set_trim(const StepTrim& trim);
-  /// A validated map, or a default one for none. Its bytes stay with the caller.
-  void set_map(const OrbitalMap& map) { map_ = map; }
+  /// A validated map, or a default one for none. Its bytes stay with the caller. A fix that is under way on
+  /// the map before is given up.
+  void set_map(const OrbitalMap& map);
   const OrbitalMap& map() const { return map_; }
 
   /// Begins a frame. The images are borrowed until the next call; null data stands for a missing image.
@@ -161,6 +189,7 @@ class Localizer {
   const Pose2& T_map_site() const { return T_map_site_; }
   const PoseFusion& fusion() const { return fusion_; }
   const FixRecord& last_fix() const { return fix_; }
+  Trust trust() const { return trust_.state(); }
   const LocalMap& local_map() const { return local_map_; }  ///< of the last begin_fix
   const LocalizerHealth& health() const { return health_; }
   const VisualOdometry& vo() const { return vo_; }
@@ -179,7 +208,14 @@ class Localizer {
 
   void take_vo_result();
   void move(const Pose3& T_prev_cur);
-  void correct(const Pose2& registered, const Mat3& covariance);
+  void begin_site(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
+  void begin_registration();  ///< the paper's, and ...
+  void begin_map_fix();       ///< ... with search and verdict
+  FixStatus take_registration();
+  FixStatus take_map_fix();
+  void weigh_against(FixStatus status);
+  void turn_about(const Vec2& pivot_map_m, const Pose2& correction);
+  double fresh_share() const;
   void finish_fix(FixStatus status);
 
   LocalizerParams params_;
@@ -199,8 +235,8 @@ class Localizer {
   Pose3 last_step_;      ///< T_prev_cur of the camera, as VO measured it last
   Pose3 expected_step_;  ///< of this frame, where VO loses its way: the motion prior or the last step
   PoseFusion fusion_;
-  IcpPrior fix_prior_;
   Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot
+  std::uint32_t applied_frame_ = 0;        ///< snapshot of the last fix applied; 0: none since the start
 
   VisualOdometry vo_;
   BoulderObserver observer_;
@@ -208,7 +244,11 @@ class Localizer {
   LocalMap local_map_;
   MapBoulders map_window_;
   IcpJob icp_;
-  FixRecord fix_;  ///< its status says whether one is open: kRunning
+  MapFix map_fix_;
+  TrustState trust_;
+  double against_nats_ = 0.0;      ///< of fixes that were declined since the last one applied
+  bool confirmed_by_fix_ = false;  ///< an applied fix, and nothing since that speaks against it
+  FixRecord fix_;                  ///< its status says whether one is open: kRunning
 };
 
 }  // namespace cairn

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/exp_log.hpp"
+
 namespace cairn {
 namespace {
 
@@ -87,6 +89,8 @@ MapFixStatus MapFix::start_tracked(const MapFixParams& params, const OrbitalMap&
   if (!map.usable()) return status_ = MapFixStatus::kNoMap;
   if (local.size() < 2) return status_ = MapFixStatus::kNoLocalBoulders;
   const double sigma = std::sqrt(covariance(0, 0) > covariance(1, 1) ? covariance(0, 0) : covariance(1, 1));
+  if (!(sigma <= params.wide_xy_m && covariance(2, 2) <= params.wide_yaw_rad * params.wide_yaw_rad))
+    return relocate(region_of_prior());
   const Vec2 extent = map.extent_m();
   const double density =
       (map.count() + 1.0) / ((extent.x() + map.quantum_m()) * (extent.y() + map.quantum_m()));
@@ -160,6 +164,23 @@ Progress MapFix::read_window(WorkBudget& budget) {
   return Progress::kDone;
 }
 
+/// Whether the evidence of `boulders` of which two fifths are the map's would pass the threshold in
+/// nearly every case:
+///   n [ p (ln(p / (2 pi density s^2)) - 1) + (1 - p) ln(1 - p) ] - 2 sqrt(n p) > threshold + volume,
+/// with the volume term that a fix of a few centimetres in a prior of a few decimetres, or in a
+/// whole map, costs.
+bool MapFix::expects_proof(std::size_t boulders, double density) const {
+  constexpr double kTrueShare = 0.4;
+  constexpr double kVolumeTracked = 6.0;
+  constexpr double kVolumeLost = 18.0;
+  const double s = params_.search.evidence.sigma_pair_m;
+  const auto n = static_cast<double>(boulders);
+  const double each = kTrueShare * (ln(kTrueShare / (2.0 * kPi * density * s * s)) - 1.0) +
+                      (1.0 - kTrueShare) * ln(1.0 - kTrueShare);
+  const double volume = phase_ == Phase::kRelocate ? kVolumeLost : kVolumeTracked;
+  return n * each - 2.0 * std::sqrt(n * kTrueShare) > params_.search.verdict.ln_threshold + volume;
+}
+
 void MapFix::begin_search() {
   result_.map_boulders = static_cast<std::uint16_t>(window_.size());
   phase_ = Phase::kSearch;
@@ -174,6 +195,7 @@ void MapFix::take_search() {
   result_.pairs = r.best.matched;
   result_.hypotheses = r.hypotheses;
   result_.sightings = static_cast<std::uint16_t>(r.sightings);
+  result_.proof_expected = r.density > 0.0 && expects_proof(static_cast<std::size_t>(r.sightings), r.density);
   Mat3 information;
   if (!inverse(prior_covariance_, information)) {
     status_ = MapFixStatus::kBadInput;
@@ -188,6 +210,9 @@ void MapFix::take_relocation() {
   const std::uint32_t boulders = relocation_.map_boulders();
   result_.map_boulders = static_cast<std::uint16_t>(boulders < 0xFFFFU ? boulders : 0xFFFFU);
   result_.sightings = static_cast<std::uint16_t>(local_.size());
+  const Vec2 extent = map_.extent_m();
+  const double area = (extent.x() + 1.0) * (extent.y() + 1.0);
+  result_.proof_expected = expects_proof(local_.size(), (map_.count() + 1.0) / area);
   if (relocation_.status() != RelocationStatus::kJudged) {
     status_ = status_of(relocation_.status());
     return;

@@ -51,6 +51,8 @@ struct MapFixParams {
   PoseSearchParams search;
   LostSearchParams lost;
   double map_window_radius_m = cfg::kMission.map_window_radius_m;  ///< at least
+  double wide_xy_m = 0.3;                                          ///< sigma from which on the prior is wide
+  double wide_yaw_rad = 0.1;
 };
 
 struct MapFixResult {
@@ -63,6 +65,8 @@ struct MapFixResult {
   std::uint32_t hypotheses = 0;
   std::uint16_t map_boulders = 0;  ///< in the window; 0xFFFF for more
   std::uint16_t sightings = 0;     ///< local boulders less duplicates
+  /// The boulders are so many that, were the map's ground this ground, a proof was to be expected.
+  bool proof_expected = false;
 };
 
 class MapFix {
@@ -91,6 +95,7 @@ class MapFix {
   void begin_search();
   void take_search();
   void take_relocation();
+  bool expects_proof(std::size_t boulders, double density) const;
   void judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,
               const Mat3& prior_information);
 
@@ -110,5 +115,7 @@ class MapFix {
   Relocation relocation_;
   MapFixResult result_;
 };
+
+static_assert(sizeof(MapFix) <= cfg::kMapFixMaxBytes, "raise map_fix_max_bytes in mission_cfg");
 
 }  // namespace cairn

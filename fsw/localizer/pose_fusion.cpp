@@ -5,84 +5,288 @@
 namespace cairn {
 namespace {
 
-/// Inverse of a symmetric positive definite matrix, column by column: the solve that needs no heap.
-template <int N>
-Eigen::Matrix<double, N, N> inverse(const Eigen::Matrix<double, N, N>& m) {
-  const Eigen::LDLT<Eigen::Matrix<double, N, N>> ldlt(m);
-  Eigen::Matrix<double, N, N> out;
-  for (int k = 0; k < N; ++k) {
-    Eigen::Matrix<double, N, 1> unit = Eigen::Matrix<double, N, 1>::Zero();
+constexpr double kTurnedAnyhow =
+    1.8;  // standard deviation of a heading about which nothing is known: pi / sqrt(3)
+constexpr double kAnywhere_m = 1.0e4;
+
+Mat3 inverse(const Mat3& m) {
+  const Eigen::LDLT<Mat3> ldlt(m);
+  Mat3 out;
+  for (int k = 0; k < 3; ++k) {
+    Vec3 unit(0.0, 0.0, 0.0);
     unit[k] = 1.0;
-    const Eigen::Matrix<double, N, 1> column = ldlt.solve(unit);
-    for (int r = 0; r < N; ++r) out(r, k) = column[r];
+    const Vec3 column = ldlt.solve(unit);
+    for (int r = 0; r < 3; ++r) out(r, k) = column[r];
   }
   return out;
 }
 
+ErrorCovariance symmetric(const ErrorCovariance& m) {
+  ErrorCovariance out;
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 8; ++j) out(i, j) = 0.5 * (m(i, j) + m(j, i));
+  }
+  return out;
+}
+
+/// F m F'
+ErrorCovariance carried(const ErrorCovariance& m, const ErrorCovariance& F) {
+  const ErrorCovariance Fm = F.lazyProduct(m);
+  return symmetric(Fm.lazyProduct(F.transpose()));
+}
+
+bool is_covariance(const Mat3& m) {
+  for (int i = 0; i < 9; ++i) {
+    if (!(std::fabs(m(i / 3, i % 3)) <= 1.0e8)) return false;
+    if (!(std::fabs(m(i / 3, i % 3) - m(i % 3, i / 3)) <=
+          1.0e-6 * std::sqrt(std::fabs(m(i / 3, i / 3) * m(i % 3, i % 3)))))
+      return false;
+  }
+  return Eigen::LDLT<Mat3>(m).vectorD().minCoeff() > 0.0;
+}
+
+bool is_usable(const FixOffset& fix) {
+  return is_covariance(fix.covariance) && is_finite({fix.offset[0], fix.offset[1], fix.offset[2]});
+}
+
+double clamped(double v, double limit) { return v > limit ? limit : (v < -limit ? -limit : v); }
+
 }  // namespace
+
+Mat3 planar_covariance(const Mat6& of_camera, const Pose3& T_rover_cam, const Pose3& T_map_rover) {
+  // A motion (w, v) right of the camera's pose is (R w, R v + t x R w) right of the rover's.
+  const Mat3 R_rover_cam = T_rover_cam.q.toRotationMatrix();
+  const Mat3 R_map_rover = T_map_rover.q.toRotationMatrix();
+  const Mat3 R = R_map_rover * R_rover_cam;
+  const Vec3 lever = R_map_rover * T_rover_cam.t;
+  Eigen::Matrix<double, 3, 6> J;
+  for (int j = 0; j < 3; ++j) {
+    const Vec3 turned = R.col(j);
+    const Vec3 swept = lever.cross(turned);
+    J(0, j) = swept.x();
+    J(1, j) = swept.y();
+    J(2, j) = turned.z();
+    J(0, 3 + j) = turned.x();
+    J(1, 3 + j) = turned.y();
+    J(2, 3 + j) = 0.0;
+  }
+  const Eigen::Matrix<double, 3, 6> JC = J.lazyProduct(of_camera);
+  return JC.lazyProduct(J.transpose());
+}
+
+FixOffset without_prior(const FixOffset& with_prior, double prior_sigma_xy_m, double prior_sigma_yaw_rad) {
+  const Vec3 prior(1.0 / (prior_sigma_xy_m * prior_sigma_xy_m), 1.0 / (prior_sigma_xy_m * prior_sigma_xy_m),
+                   1.0 / (prior_sigma_yaw_rad * prior_sigma_yaw_rad));
+  const Mat3 J = inverse(with_prior.covariance);
+  Mat3 own = J;
+  for (int i = 0; i < 3; ++i) own(i, i) += 1.0e-6 * prior[i] - prior[i];  // so that it can be inverted
+  FixOffset out;
+  out.covariance = inverse(own);
+  out.covariance = 0.5 * (out.covariance + Mat3(out.covariance.transpose()));
+  out.offset = out.covariance * Vec3(J * with_prior.offset);
+  return out;
+}
+
+ErrorCovariance errors_at_start(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad) {
+  const double sigmas[] = {sigma_xy_m,
+                           sigma_xy_m,
+                           sigma_yaw_rad,
+                           params.sigma_scale,
+                           params.sigma_turn_rad_per_m,
+                           params.common_xy_m,
+                           params.common_xy_m,
+                           params.common_yaw_rad};
+  ErrorCovariance P = ErrorCovariance::Zero();
+  for (int i = 0; i < 8; ++i) P(i, i) = sigmas[i] * sigmas[i];
+  return P;
+}
+
+ErrorGrowth growth(const FusionParams& params, const PlanarStep& step) {
+  const Vec2& d = step.d_map_m;
+  const double ds = std::sqrt(d.squaredNorm());
+  ErrorGrowth g;
+  g.F(0, 2) = -d.y();
+  g.F(1, 2) = d.x();
+  g.F(0, 3) = d.x();
+  g.F(1, 3) = d.y();
+  g.F(2, 4) = ds;
+  const double kept = 1.0 / (1.0 + ds / params.common_length_m);
+  const auto square = [](double v) { return v * v; };
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) g.Q(i, j) = square(params.vo_sigma_factor) * step.covariance(i, j);
+    g.F(5 + i, 5 + i) = kept;
+    g.Q(5 + i, 5 + i) = (1.0 - kept * kept) * square(i < 2 ? params.common_xy_m : params.common_yaw_rad);
+  }
+  g.Q(0, 0) += square(params.noise_xy_m) * ds;
+  g.Q(1, 1) += square(params.noise_xy_m) * ds;
+  g.Q(2, 2) += square(params.noise_yaw_rad) * ds + square(params.noise_turn) * std::fabs(step.turn_rad);
+  g.Q(3, 3) = square(params.scale_walk) * ds;
+  g.Q(4, 4) = square(params.turn_walk_rad_per_m) * ds;
+  return g;
+}
+
+ErrorCovariance grown(const ErrorCovariance& P, const ErrorGrowth& growth) {
+  return carried(P, growth.F) + symmetric(growth.Q);
+}
+
+ErrorUpdate updated(const ErrorCovariance& P, const Vec3& offset, const Mat3& covariance) {
+  Eigen::Matrix<double, 8, 3> PH;
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 3; ++j) PH(i, j) = P(i, j) + P(i, 5 + j);
+  }
+  Mat3 S = covariance;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) S(i, j) += PH(i, j) + PH(5 + i, j);
+  }
+  const Mat3 weight = inverse(S);
+  const Vec3 pull = weight * offset;
+  const Eigen::Matrix<double, 8, 3> K = PH.lazyProduct(weight);
+  ErrorUpdate out;
+  out.chi2 = offset.dot(pull);
+  out.e = PH.lazyProduct(pull);
+  out.P = symmetric(P - K.lazyProduct(PH.transpose()));
+  return out;
+}
 
 void PoseFusion::init(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad) {
   params_ = params;
-  scale_ = turn_rad_per_m_ = 0.0;
-  P_.setZero();
-  P_(0, 0) = P_(1, 1) = sigma_xy_m * sigma_xy_m;
-  P_(2, 2) = sigma_yaw_rad * sigma_yaw_rad;
-  P_(3, 3) = params.sigma_scale * params.sigma_scale;
-  P_(4, 4) = params.sigma_turn_rad_per_m * params.sigma_turn_rad_per_m;
+  rates_ = rates_before_fix_ = {};
+  hidden_ = lost_ = {};
+  P_ = errors_at_start(params, sigma_xy_m, sigma_yaw_rad);
+  snapshot();
 }
 
 Pose3 PoseFusion::calibrated(const Pose3& step) const {
   const double distance = std::sqrt(step.t.squaredNorm());
   Pose3 out = step;
-  out.t *= 1.0 + scale_;
-  out.q = (step.q * lift({0.0, 0.0, turn_rad_per_m_ * distance}).q).normalized();
+  out.t *= 1.0 + rates_.scale;
+  out.q = (step.q * lift({0.0, 0.0, rates_.turn_rad_per_m * distance}).q).normalized();
   return out;
 }
 
-void PoseFusion::propagate(const Vec2& d_map_m) {
-  const double ds = std::sqrt(d_map_m.squaredNorm());
-  Mat5 F = Mat5::Identity();
-  F(0, 2) = -d_map_m.y();
-  F(1, 2) = d_map_m.x();
-  F(0, 3) = d_map_m.x();
-  F(1, 3) = d_map_m.y();
-  F(2, 4) = ds;
-  const Mat5 FP = F * P_;
-  P_.noalias() = FP * F.transpose();
-  const auto grow = [&](int i, double sigma) { P_(i, i) += sigma * sigma * ds; };
-  grow(0, params_.noise_xy_m);
-  grow(1, params_.noise_xy_m);
-  grow(2, params_.noise_yaw_rad);
-  grow(3, params_.scale_walk);
-  grow(4, params_.turn_walk_rad_per_m);
+void PoseFusion::propagate(const PlanarStep& step) {
+  settle();
+  const ErrorGrowth g = growth(params_, step);
+  P_ = grown(P_, g);
+  since_snapshot_.F = ErrorCovariance(g.F.lazyProduct(since_snapshot_.F));
+  since_snapshot_.Q = grown(since_snapshot_.Q, g);
 }
 
-double PoseFusion::sigma_xy_m() const { return std::sqrt(0.5 * (P_(0, 0) + P_(1, 1))); }
+void PoseFusion::hold(std::uint32_t frames) {
+  hidden_.xy_m += frames * params_.unseen_step_m;
+  hidden_.yaw_rad += frames * params_.unseen_step_rad;
+}
 
-double PoseFusion::sigma_yaw_rad() const { return std::sqrt(P_(2, 2)); }
+void PoseFusion::coast(const Pose3& prior_step) {
+  const double length = std::sqrt(prior_step.t.squaredNorm());
+  hidden_.yaw_rad += params_.prior_share * quat_log(prior_step.q).norm() + params_.prior_sigma_rad;
+  const double heading = hidden_.yaw_rad + lost_.yaw_rad;
+  hidden_.xy_m += (params_.prior_share + (heading < 1.0 ? heading : 1.0)) * length;
+}
 
-Pose2 PoseFusion::update(const Pose2& correction, const Mat3& covariance, double prior_sigma_xy_m,
-                         double prior_sigma_yaw_rad) {
-  const Mat3 J = inverse<3>(covariance);
-  Mat3 added = J;
-  added(0, 0) -= 1.0 / (prior_sigma_xy_m * prior_sigma_xy_m);
-  added(1, 1) -= 1.0 / (prior_sigma_xy_m * prior_sigma_xy_m);
-  added(2, 2) -= 1.0 / (prior_sigma_yaw_rad * prior_sigma_yaw_rad);
-  Mat5 information = inverse<5>(P_);
-  information.topLeftCorner<3, 3>() += params_.information_share * added;
-  P_ = inverse<5>(information);
-  const Vec3 c(correction.x_m, correction.y_m, correction.yaw_rad);
-  const Vec3 pull = params_.information_share * (J * c);
-  const Vec5 e = P_.leftCols<3>() * pull;
-  scale_ += e[3];
-  turn_rad_per_m_ += e[4];
-  const auto hold = [&](int i, double floor) {
-    if (P_(i, i) < floor * floor) P_(i, i) = floor * floor;
-  };
-  hold(0, params_.floor_xy_m);
-  hold(1, params_.floor_xy_m);
-  hold(2, params_.floor_yaw_rad);
-  return {e[0], e[1], e[2]};
+void PoseFusion::caught_up() { hidden_ = {}; }
+
+void PoseFusion::give_up() {
+  lost_.xy_m += hidden_.xy_m;
+  lost_.yaw_rad += hidden_.yaw_rad;
+  hidden_ = {};
+}
+
+/// What is hidden for good becomes noise like any other.
+void PoseFusion::settle() {
+  const double xy = lost_.xy_m * lost_.xy_m;
+  const double yaw =
+      lost_.yaw_rad < kTurnedAnyhow ? lost_.yaw_rad * lost_.yaw_rad : kTurnedAnyhow * kTurnedAnyhow;
+  for (ErrorCovariance* m : {&P_, &since_snapshot_.Q}) {
+    (*m)(0, 0) += xy;
+    (*m)(1, 1) += xy;
+    (*m)(2, 2) += yaw;
+  }
+  lost_ = {};
+}
+
+Mat3 PoseFusion::covariance() const {
+  const double xy = hidden_.xy_m + lost_.xy_m;
+  const double yaw = hidden_.yaw_rad + lost_.yaw_rad;
+  Mat3 out = P_.topLeftCorner<3, 3>();
+  out(0, 0) += xy * xy;
+  out(1, 1) += xy * xy;
+  out(2, 2) += yaw * yaw;
+  if (out(2, 2) > kTurnedAnyhow * kTurnedAnyhow) {
+    out(2, 2) = kTurnedAnyhow * kTurnedAnyhow;
+    out(0, 2) = out(2, 0) = out(1, 2) = out(2, 1) = 0.0;
+  }
+  return out;
+}
+
+double PoseFusion::sigma_xy_m() const {
+  const Mat3 now = covariance();
+  return std::sqrt(0.5 * (now(0, 0) + now(1, 1)));
+}
+
+double PoseFusion::sigma_yaw_rad() const { return std::sqrt(covariance()(2, 2)); }
+
+void PoseFusion::snapshot() {
+  settle();
+  snapshot_P_ = P_;
+  snapshot_hidden_ = hidden_;
+  since_snapshot_ = {};
+}
+
+FusionResult PoseFusion::update(const FixOffset& fix, double fresh) {
+  FusionResult refused;
+  if (!is_usable(fix) || !(fresh > 0.0 && fresh <= 1.0)) return refused;
+  Mat3 R = fix.covariance / fresh;
+  R(0, 0) += snapshot_hidden_.xy_m * snapshot_hidden_.xy_m;
+  R(1, 1) += snapshot_hidden_.xy_m * snapshot_hidden_.xy_m;
+  R(2, 2) += snapshot_hidden_.yaw_rad * snapshot_hidden_.yaw_rad;
+  ErrorUpdate u = updated(snapshot_P_, fix.offset, R);
+  const double chi2 = u.chi2;
+  refused.status = FusionStatus::kInconsistent;
+  refused.chi2 = chi2;
+  if (!(chi2 <= params_.gate_chi2)) return refused;
+  if (chi2 > params_.surprise_chi2) {
+    const double wider = std::sqrt(chi2 / params_.surprise_chi2);
+    for (int i = 0; i < 8; ++i) {
+      for (int j = 0; j < 8; ++j) snapshot_P_(i, j) *= (i < 5 ? wider : 1.0) * (j < 5 ? wider : 1.0);
+    }
+    u = updated(snapshot_P_, fix.offset, R);
+    u.chi2 = chi2;
+  }
+  rates_before_fix_ = rates_;
+  return take(u, true);
+}
+
+FusionResult PoseFusion::relocate(const FixOffset& fix) {
+  if (!is_usable(fix)) return {};
+  rates_ = rates_before_fix_;
+  lost_ = {};
+  // Of the common errors nothing is forgotten; they are the map's.
+  ErrorCovariance P = errors_at_start(params_, kAnywhere_m, kTurnedAnyhow * 10.0);
+  P.bottomRightCorner<3, 3>() = snapshot_P_.bottomRightCorner<3, 3>();
+  return take(updated(P, fix.offset, fix.covariance), false);
+}
+
+/// The update lands at the snapshot and is carried to the present.
+FusionResult PoseFusion::take(const ErrorUpdate& update, bool with_rates) {
+  FusionResult out;
+  out.status = FusionStatus::kFused;
+  out.chi2 = update.chi2;
+  out.at_snapshot = {update.e[0], update.e[1], wrap_angle(update.e[2])};
+  if (with_rates) {
+    const Rates before = rates_;
+    rates_.scale = clamped(before.scale + update.e[3], params_.max_scale);
+    rates_.turn_rad_per_m = clamped(before.turn_rad_per_m + update.e[4], params_.max_turn_rad_per_m);
+    const double k = rates_.scale - before.scale;
+    const double w = rates_.turn_rad_per_m - before.turn_rad_per_m;
+    const ErrorCovariance& F = since_snapshot_.F;
+    out.since = {F(0, 3) * k + F(0, 4) * w, F(1, 3) * k + F(1, 4) * w, F(2, 3) * k + F(2, 4) * w};
+  }
+  P_ = grown(update.P, since_snapshot_);
+  snapshot_P_ = P_;
+  snapshot_hidden_ = hidden_;
+  since_snapshot_ = {};
+  return out;
 }
 
 }  // namespace cairn

@@ -1,21 +1,38 @@
-/// How far a fix moves the pose, and what fixes tell of VO's own errors.
+/// How uncertain the pose is, how far a fix moves it, and what fixes tell of VO's own errors.
 ///
-/// VO's drift is systematic: a baseline that is 1 % off, a toe-in, a bias of its matches. So besides the
-/// errors of x, y and yaw, two rates are estimated: k, by which each VO step is too short, and w, the turn
-/// per metre that it lacks. An extended Kalman filter on the error state of the rover in `map`,
-///   e = (x, y, yaw, k, w):
-///   step   displacement D (map, m), length ds:
-///            x += k D_x - yaw D_y,  y += k D_y + yaw D_x,  yaw += w ds,  and noise
-///   fix    a registration with the prior's information J_0 gave the correction c with information J: what it
-///          adds of its own is J - J_0, so (information form)
-///            P' = (P^-1 + a H^T (J - J_0) H)^-1,  e' = P' a H^T J c
-/// with H picking x, y and yaw, and a <= 1 since local maps of successive fixes share boulders. Then the pose
-/// takes e' and the rates are used on the steps to come, so that the local map, too, is less bent.
+/// VO's errors are of two kinds. Its covariance tells what its matches scatter. What it cannot see is
+/// systematic: a baseline that is off, a toe-in, a bias of its matches; so two rates are estimated, k, by
+/// which each step is too short, and w, the turn per metre that it lacks. Fixes have errors in common, too: a
+/// map that lies aside, boulders whose sunlit side alone was seen. These are states, so that a hundred fixes
+/// over the same map are not believed a hundred times. An extended Kalman filter on the errors e = (x, y,
+/// yaw, k, w, c_x, c_y, c_yaw) of the rover in `map`:
 ///
-/// Source: the paper takes each fix whole (CorrectionMode::kWhole, which does not come here); Kalman filter
-/// in information form, e.g. Maybeck 1979, chapter 5.
+///   step       displacement D (map, m), length ds, turn da, covariance V of VO (x, y, yaw, in map):
+///              x += k D_x - yaw D_y,  y += k D_y + yaw D_x,  yaw += w ds,  c *= a = 1 / (1 + ds / common_length)
+///              Q = f^2 V + diag(noise_xy^2 ds, the same, noise_yaw^2 ds + noise_turn^2 |da|, scale_walk^2 ds,
+///                               turn_walk^2 ds, (1 - a^2) common^2)
+///   fix        z = (x, y, yaw) + c + n,  cov(n) = R / fresh: `fresh` is the share of what it was made of that no fix
+///              before it used
+///   gate       d = z' S^-1 z,  S = H P H' + R / fresh. Beyond gate_chi2 the fix is inconsistent and nothing changes.
+///              Beyond surprise_chi2 errors are larger than was believed (VO's rates are far outside their prior, say):
+///              first P of pose and rates is taken d / surprise_chi2 times.
+///
+/// A fix lands at its own time. `snapshot` keeps P; steps since then gather the transition F and the noise Q;
+/// the update is made on the kept P and carried forward, P_now = F P' F' + Q. That is what a filter would
+/// give that had the fix at once.
+///
+/// Frames that VO does not measure. What the rover does in them is bounded and not random: it goes on, or it
+/// stands. So their sigmas add up as they are, not as roots of sums of squares; 3 sigma is the bound. They
+/// are kept beside P as `hidden`, since VO may yet measure the whole way from its reference: then it was
+/// never hidden (`caught_up`). Where the reference is lost (`give_up`) it stays, and goes into P with the
+/// next step that VO measures.
+///
+/// Source: Kalman filter, e.g. Maybeck 1979, chapter 5; late measurements by a kept state as in stochastic
+/// cloning (Roumeliotis and Burdick 2002); states of errors in common as in Schmidt 1966, but estimated. The
+/// paper takes each fix whole (CorrectionMode::kWhole, which does not come here).
 #pragma once
 
+#include "core/nodiscard.hpp"
 #include "geometry/pose3.hpp"
 #include "mission_cfg.hpp"
 
@@ -24,13 +41,79 @@ namespace cairn {
 struct FusionParams {
   double sigma_scale = cfg::kMission.drift_scale;                   ///< of k at the start
   double sigma_turn_rad_per_m = cfg::kMission.drift_yaw_rad_per_m;  ///< of w at the start
-  double noise_xy_m = cfg::kMission.drift_noise_xy_m;               ///< random part of a metre of VO
+  double max_scale = cfg::kMission.max_drift_scale;                 ///< |k| is never beyond it
+  double max_turn_rad_per_m = cfg::kMission.max_drift_yaw_rad_per_m;
+  double scale_walk = 0.0003;  ///< of k, per square root of a metre
+  double turn_walk_rad_per_m = 0.00003;
+  double vo_sigma_factor = 1.6;                        ///< f: errors of VO's steps over what it says
+  double noise_xy_m = cfg::kMission.drift_noise_xy_m;  ///< of one metre, beside VO's covariance
   double noise_yaw_rad = cfg::kMission.drift_noise_yaw_rad;
-  double scale_walk = 0.002;                         ///< of k, per square root of a metre
-  double turn_walk_rad_per_m = 0.0002;               ///< of w
-  double information_share = 0.5;                    ///< a above
-  double floor_xy_m = cfg::kMission.fix_floor_xy_m;  ///< errors that all boulders share are in no covariance
-  double floor_yaw_rad = cfg::kMission.fix_floor_yaw_rad;
+  double noise_turn = cfg::kMission.drift_noise_turn;  ///< of one radian turned
+  double common_xy_m = cfg::kMission.fix_common_xy_m;  ///< of c
+  double common_yaw_rad = cfg::kMission.fix_common_yaw_rad;
+  double common_length_m = cfg::kMission.fix_common_length_m;
+  double gate_chi2 = 27.9;      ///< three degrees of freedom: 4e-6 of the good are refused
+  double surprise_chi2 = 11.3;  ///< 1 %
+  double unseen_step_m = cfg::kMission.unseen_step_m;  ///< sigma of what a frame without VO and prior hides
+  double unseen_step_rad = cfg::kMission.unseen_step_rad;
+  double prior_share = cfg::kMission.prior_share;          ///< of a motion prior's length and turn
+  double prior_sigma_rad = cfg::kMission.prior_sigma_rad;  ///< and of its yaw, each frame
+};
+
+/// x, y, yaw, k, w, and what fixes have in common: c_x, c_y, c_yaw.
+using ErrorVector = Eigen::Matrix<double, 8, 1>;
+using ErrorCovariance = Eigen::Matrix<double, 8, 8>;
+
+/// A step of VO as the map sees it.
+struct PlanarStep {
+  Vec2 d_map_m = Vec2(0.0, 0.0);
+  double turn_rad = 0.0;
+  Mat3 covariance = Mat3::Zero();  ///< x, y, yaw, in map
+};
+/// From VO's covariance (vo/motion.hpp, right of the step in the camera) that of the rover's x, y and
+/// yaw in map.
+Mat3 planar_covariance(const Mat6& of_camera, const Pose3& T_rover_cam, const Pose3& T_map_rover);
+
+/// A registration on its own, without prior: correction of the snapshot's pose (x, y, yaw in map)
+/// and its covariance.
+struct FixOffset {
+  Vec3 offset = Vec3(0.0, 0.0, 0.0);
+  Mat3 covariance = Mat3::Identity();
+};
+/// Takes the Gaussian prior (sigmas, mean zero) out of a registration that came out with it.
+FixOffset without_prior(const FixOffset& with_prior, double prior_sigma_xy_m, double prior_sigma_yaw_rad);
+
+// ---- the filter's three equations, for the forecast as well ---------------------------------------------------------
+
+ErrorCovariance errors_at_start(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad);
+struct ErrorGrowth {
+  ErrorCovariance F = ErrorCovariance::Identity();
+  ErrorCovariance Q = ErrorCovariance::Zero();
+};
+ErrorGrowth growth(const FusionParams& params, const PlanarStep& step);
+/// F P F' + Q, symmetric to the bit.
+ErrorCovariance grown(const ErrorCovariance& P, const ErrorGrowth& growth);
+struct ErrorUpdate {
+  ErrorVector e = ErrorVector::Zero();
+  ErrorCovariance P = ErrorCovariance::Zero();
+  double chi2 = 0.0;
+};
+/// By a fix with `covariance` = R / fresh.
+ErrorUpdate updated(const ErrorCovariance& P, const Vec3& offset, const Mat3& covariance);
+
+// ---- the filter -------------------------------------------------------------------------------------------------------
+
+enum class CAIRN_NODISCARD FusionStatus : std::uint8_t {
+  kFused,         ///< the correction is to be made
+  kInconsistent,  ///< beyond the gate: nothing changed
+  kBadInput,      ///< not finite, a covariance that is none, or a share not in (0, 1]: nothing changed
+};
+
+struct FusionResult {
+  FusionStatus status = FusionStatus::kBadInput;
+  double chi2 = 0.0;  ///< of the offset, three degrees of freedom
+  Pose2 at_snapshot;  ///< turn about where the rover was at the snapshot, and shift, in map ...
+  Pose2 since;        ///< ... and then about where it is now: what the rates change of the steps since
 };
 
 class PoseFusion {
@@ -39,29 +122,53 @@ class PoseFusion {
 
   /// The step (rover frame, T_prev_cur) as the rates say it really was.
   Pose3 calibrated(const Pose3& step) const;
-  /// The error grows by a step of displacement `d_map_m` (calibrated, seen from above).
-  void propagate(const Vec2& d_map_m);
+  /// VO measured a step (calibrated) from the last frame that it measured or gave up.
+  void propagate(const PlanarStep& step);
+  /// Frames that went by without VO or prior.
+  void hold(std::uint32_t frames);
+  /// A frame without VO, moved by a motion prior (any frame; length and angle count).
+  void coast(const Pose3& prior_step);
+  /// VO is about to measure from its reference: what was hidden since comes to nothing.
+  void caught_up();
+  /// VO's reference is lost: what was hidden stays hidden.
+  void give_up();
 
-  double sigma_xy_m() const;
+  double sigma_xy_m() const;  ///< root of the mean variance of x and y
   double sigma_yaw_rad() const;
-  /// Of the rover's x and y in `map`, for reports; sigma_xy_m() is the root of its mean variance.
-  Mat2 covariance_xy_m2() const { return P_.topLeftCorner<2, 2>(); }
-  double scale() const { return scale_; }                    ///< k
-  double turn_rad_per_m() const { return turn_rad_per_m_; }  ///< w
+  /// Of the rover's x, y and yaw in `map`, with what is hidden.
+  Mat3 covariance() const;
+  double scale() const { return rates_.scale; }                    ///< k
+  double turn_rad_per_m() const { return rates_.turn_rad_per_m; }  ///< w
 
-  /// Takes in a registration: `correction` of the rover's pose (x, y, yaw) and its covariance, both as they
-  /// came out with the Gaussian prior (sigma_xy_m, sigma_yaw_rad). Returns the correction to make.
-  Pose2 update(const Pose2& correction, const Mat3& covariance, double prior_sigma_xy_m,
-               double prior_sigma_yaw_rad);
+  /// The pose that the next fix speaks of is the present one.
+  void snapshot();
+  /// Takes in a registration of the snapshot's pose.
+  FusionResult update(const FixOffset& fix, double fresh);
+  /// Found anew: the pose before counts for nothing, and the rates fall back to those before the last fix,
+  /// which is disowned. kFused or kBadInput.
+  FusionResult relocate(const FixOffset& fix);
 
  private:
-  using Vec5 = Eigen::Matrix<double, 5, 1>;
-  using Mat5 = Eigen::Matrix<double, 5, 5>;
+  struct Rates {
+    double scale = 0.0;
+    double turn_rad_per_m = 0.0;
+  };
+  struct Unseen {
+    double xy_m = 0.0;
+    double yaw_rad = 0.0;
+  };
+  FusionResult take(const ErrorUpdate& update, bool with_rates);
+  void settle();
 
   FusionParams params_;
-  Mat5 P_ = Mat5::Zero();
-  double scale_ = 0.0;
-  double turn_rad_per_m_ = 0.0;
+  ErrorCovariance P_ = ErrorCovariance::Zero();
+  Rates rates_;
+  Rates rates_before_fix_;
+  Unseen hidden_;  ///< since VO's reference
+  Unseen lost_;    ///< before it, and not yet in P
+  ErrorCovariance snapshot_P_ = ErrorCovariance::Zero();
+  Unseen snapshot_hidden_;
+  ErrorGrowth since_snapshot_;
 };
 
 }  // namespace cairn

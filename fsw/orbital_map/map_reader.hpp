@@ -5,8 +5,8 @@
 /// whose place is led astray, is left out and counted. (Of a tile that contradicts itself although its CRC
 /// holds, which a validated map has once in 2^32 upsets, the boulders before the fault have been handed out.)
 ///
-/// Cost. Units: a tile's place (10 operations), 256 bytes of its CRC, 32 of its boulders (25 operations
-/// each).
+/// Cost. Units: a tile's place (10 operations), 256 bytes of its CRC, 32 of its boulders
+/// (25 operations each).
 #pragma once
 
 #include <cstdint>

@@ -152,7 +152,8 @@ bool OrbitalMap::is_circle(const Vec2& p_map_m, double radius_m) {
 
 void OrbitalMap::tiles_about(const Vec2& p_map_m, double radius_m, Span& columns, Span& rows) const {
   const double tile_m = tile_side_ * quantum_m_;
-  // A quantum more on each side: a boulder exactly on the circle is not lost to the rounding of a tile's edge.
+  // A quantum more on each side: a boulder exactly on the circle is not lost to the rounding of
+  // a tile's edge.
   const double reach_m = radius_m + quantum_m_;
   const double east_m = p_map_m.x() - origin_x_m_;
   const double north_m = p_map_m.y() - origin_y_m_;

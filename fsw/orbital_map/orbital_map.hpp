@@ -1,5 +1,5 @@
-/// The orbital boulder map, read in place: a view of a caller's bytes, without copy or decoding ahead of
-/// need.
+/// The orbital boulder map, read in place: a view of a caller's bytes, without copy or decoding
+/// ahead of need.
 ///
 /// Map bytes come through a deep-space link and stand in memory for months, so nothing of them is believed
 /// before `MapValidation` has been through all of them. It alone makes a usable `OrbitalMap`; a new map goes
@@ -151,10 +151,10 @@ class OrbitalMap {
 
 /// Checks a whole map in slices of bounded work, before its first use. A job.
 ///
-/// Order: presence, head (magic, version, CRC, ranges), length, directory, tiles one by one (CRC, then every
-/// boulder decoded), CRC over the tiles' CRCs, number of boulders. Any one or two flipped bits are found by
-/// magic, version or a CRC-32. Bytes beyond the file's own length (a bank larger than the map) are not looked
-/// at.
+/// Order: presence, head (magic, version, CRC, ranges), length, directory, tiles one by one (CRC, then
+/// every boulder decoded), CRC over the tiles' CRCs, number of boulders. Any one or two flipped bits are
+/// found by magic, version or a CRC-32. Bytes beyond the file's own length (a bank larger than the map) are
+/// not looked at.
 class MapValidation {
  public:
   /// Looks at the head (bounded: 380 bytes) and gets ready for the rest: kChecking, or why not. `bytes` is

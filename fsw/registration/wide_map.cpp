@@ -17,7 +17,8 @@ std::uint32_t bits_set(std::uint32_t word) {
   return (((word + (word >> 4U)) & 0x0F0F0F0FU) * 0x01010101U) >> 24U;
 }
 
-/// Goes over items from the cursor to `end`, `unit` of them at a time, at `ops` each. False: the budget ran out.
+/// Goes over items from the cursor to `end`, `unit` of them at a time, at `ops` each. False: the
+/// budget ran out.
 template <typename Work>
 bool each(WorkBudget& budget, std::uint32_t& cursor, std::uint32_t end, std::uint32_t unit, std::uint32_t ops,
           Work&& work) {

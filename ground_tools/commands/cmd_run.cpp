@@ -35,6 +35,8 @@ struct RunOptions {
   fs::path ortho;
   std::string frames;
   std::string start;
+  std::string start_sigma;
+  bool lost = false;
   std::string degrade;
   bool no_map = false;
   bool paper = false;
@@ -55,6 +57,15 @@ Pose3 parse_start(const std::string& text) {
   for (std::size_t i = 0; i < 6; ++i) v[i] = number(parts[i], "--start", mend);
   const Attitude attitude{v[5] * kRadPerDeg, v[4] * kRadPerDeg, v[3] * kRadPerDeg};
   return {quat_from_attitude(attitude), Vec3(v[0], v[1], v[2])};
+}
+
+/// Standard deviations of the start: metres, degrees.
+void parse_start_sigma(const std::string& text, ReplayOptions& out) {
+  const std::string mend = "give XY,YAW: what the start is uncertain by (metres, degrees)";
+  const std::vector<std::string_view> parts = split(text, ',');
+  if (parts.size() != 2) throw ToolError("--start-sigma: {} values; {}", parts.size(), mend);
+  out.start_sigma_xy_m = number(parts[0], "--start-sigma", mend);
+  out.start_sigma_yaw_rad = number(parts[1], "--start-sigma", mend) * kRadPerDeg;
 }
 
 StepTrim parse_degrade(const std::string& text) {
@@ -123,6 +134,13 @@ void run(RunOptions options) {
     replay_options.end_frame = range.end;
   }
   if (!options.start.empty()) replay_options.T_map_rover = parse_start(options.start);
+  if (options.lost && !options.start_sigma.empty())
+    throw ToolError("--lost: cannot be combined with --start-sigma; leave one out");
+  if (!options.start_sigma.empty()) parse_start_sigma(options.start_sigma, replay_options);
+  if (options.lost) {
+    replay_options.start_sigma_xy_m = Localizer::kUnknownStart_m;
+    replay_options.start_sigma_yaw_rad = kPi;
+  }
   if (!options.degrade.empty()) replay_options.trim = parse_degrade(options.degrade);
   RunTitle title;
   title.dataset = options.simulate ? options.scene.string() : options.dataset.string();
@@ -180,6 +198,10 @@ void add_run_command(CLI::App& app) {
   command->add_option("--frames", options->frames, "frames to use, FIRST:END, counted from 0");
   command->add_option("--start", options->start,
                       "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
+  command->add_option("--start-sigma", options->start_sigma,
+                      "what the start is uncertain by: XY,YAW (metres, degrees; default 0.05,0.57)");
+  command->add_flag("--lost", options->lost,
+                    "the start is not known: looked for in the whole map, at any heading");
   command->add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");
   command->add_flag("--paper", options->paper, "use the paper's own choices throughout");
   command

@@ -48,9 +48,9 @@ struct Spot {
 /// Pixels around a spot that decide whether it is one, each way.
 inline constexpr int kSpotReach_px = 8 + 2;
 
-/// Local maxima of darkness in `where` (pixels of the views): the 3 x 3 mean below that of 17 x 17 by more
-/// than `least_share` of the latter and 3 grey levels, largest over 5 x 5; of equals, the first by row and
-/// column.
+/// Local maxima of darkness in `where` (pixels of the views): the 3 x 3 mean below that of 17 x 17 by
+/// more than `least_share` of the latter and 3 grey levels, largest over 5 x 5; of equals, the first by
+/// row and column.
 std::vector<Spot> dark_spots(const GreyTile& tile, const PixelRect& where, double least_share);
 
 }  // namespace cairn::ground

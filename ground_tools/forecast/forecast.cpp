@@ -12,15 +12,6 @@
 namespace cairn::ground {
 namespace {
 
-using Mat5 = Eigen::Matrix<double, 5, 5>;
-
-Mat5 inverse(const Mat5& m) {
-  const Eigen::LDLT<Mat5> ldlt(m);
-  Mat5 out;
-  for (int k = 0; k < 5; ++k) out.col(k) = ldlt.solve(Mat5::Identity().col(k));
-  return out;
-}
-
 /// p/A of registration/icp.hpp: how much smaller the mean square of the kept residuals is than that of all.
 double trimming_loss(double trimmed) {
   const double kept = 1.0 - trimmed;
@@ -29,52 +20,44 @@ double trimming_loss(double trimmed) {
 
 /// The error of localizer/pose_fusion.hpp, of which the covariance alone is carried:
 /// a forecast knows no corrections.
-class ErrorGrowth {
+class ErrorForecast {
  public:
-  explicit ErrorGrowth(const ForecastModel& model) : params_(model.fusion) {
-    P_(0, 0) = P_(1, 1) = model.sigma_start_xy_m * model.sigma_start_xy_m;
-    P_(2, 2) = model.sigma_start_yaw_rad * model.sigma_start_yaw_rad;
-    P_(3, 3) = params_.sigma_scale * params_.sigma_scale;
-    P_(4, 4) = params_.sigma_turn_rad_per_m * params_.sigma_turn_rad_per_m;
+  explicit ErrorForecast(const ForecastModel& model)
+      : params_(model.fusion),
+        fresh_(std::min(1.0, static_cast<double>(cfg::kMinorFrames) / model.tracks.window_frames)) {
+    params_.common_xy_m = model.sigma_common_m;
+    P_ = errors_at_start(params_, model.sigma_start_xy_m, model.sigma_start_yaw_rad);
   }
 
-  const Mat5& covariance() const { return P_; }
+  const ErrorCovariance& covariance() const { return P_; }
 
   void drive(const PathPoint& from, const PathPoint& to) {
-    const double dx = to.x_m - from.x_m;
-    const double dy = to.y_m - from.y_m;
-    const double ds = std::hypot(dx, dy);
-    Mat5 F = Mat5::Identity();
-    F(0, 2) = -dy;
-    F(1, 2) = dx;
-    F(0, 3) = dx;
-    F(1, 3) = dy;
-    F(2, 4) = ds;
-    P_ = F * P_ * F.transpose();
-    const double noise[] = {params_.noise_xy_m, params_.noise_xy_m, params_.noise_yaw_rad, params_.scale_walk,
-                            params_.turn_walk_rad_per_m};
-    for (int i = 0; i < 5; ++i) P_(i, i) += noise[i] * noise[i] * ds;
+    PlanarStep step;
+    step.d_map_m = Vec2(to.x_m - from.x_m, to.y_m - from.y_m);
+    step.turn_rad = wrap_angle(to.yaw_rad - from.yaw_rad);
+    P_ = grown(P_, growth(params_, step));
   }
 
-  /// After a fix that is applied and adds `information` on x, y and yaw.
-  Mat5 fixed(const Mat3& information) const {
-    Mat5 J = inverse(P_);
-    J.topLeftCorner<3, 3>() += params_.information_share * information;
-    Mat5 P = inverse(J);
-    const double floors[] = {params_.floor_xy_m, params_.floor_xy_m, params_.floor_yaw_rad};
-    for (int i = 0; i < 3; ++i) P(i, i) = std::max(P(i, i), floors[i] * floors[i]);
-    return P;
+  /// After a fix that is applied and whose boulders tell `information` of x, y and yaw.
+  ErrorCovariance fixed(const Mat3& information, bool first) const {
+    const Mat3 known = information * (first ? 1.0 : fresh_) + Mat3::Identity() * kNothing;
+    return updated(P_, Vec3(0.0, 0.0, 0.0), known.inverse()).P;
   }
 
   /// Over both outcomes, of which `after` has the given probability.
-  void mix(double probability, const Mat5& after) { P_ = probability * after + (1.0 - probability) * P_; }
+  void mix(double probability, const ErrorCovariance& after) {
+    P_ = probability * after + (1.0 - probability) * P_;
+  }
 
  private:
+  static constexpr double kNothing = 1e-6;  // so that no information is a measurement, too
+
   FusionParams params_;
-  Mat5 P_ = Mat5::Zero();
+  double fresh_;  ///< of a local map, what the fix before did not use
+  ErrorCovariance P_;
 };
 
-PoseSigma sigma_of(const Mat5& P, double heading_rad) {
+PoseSigma sigma_of(const ErrorCovariance& P, double heading_rad) {
   const Vec2 along(std::cos(heading_rad), std::sin(heading_rad));
   const Vec2 across(-along.y(), along.x());
   const Mat2 xy = P.topLeftCorner<2, 2>();
@@ -179,8 +162,10 @@ Mat3 weigh_pairs(const ForecastModel& model, const std::vector<TableBoulder>& fo
   return information;
 }
 
-Mat2 with_common(const Mat5& P, double sigma_common_m) {
-  return P.topLeftCorner<2, 2>() + sigma_common_m * sigma_common_m * Mat2::Identity();
+/// Of what a fix finds: the pose's error and what the map's boulders have in common.
+Mat2 offset_of_fix(const ErrorCovariance& P) {
+  const Mat2 cross = P.block<2, 2>(0, 5);
+  return P.topLeftCorner<2, 2>() + P.block<2, 2>(5, 5) + cross + cross.transpose();
 }
 
 std::vector<BlindStretch> blind_stretches(const Forecast& made, const std::vector<PathPoint>& drive) {
@@ -270,7 +255,7 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
   const Sweep sweep(model.rig, model.max_range_m, model.tracks);
   const std::vector<TableBoulder> near = near_drive(boulders, drive, sweep.reach_m());
   Forecast made;
-  ErrorGrowth error(model);
+  ErrorForecast error(model);
   std::size_t frame = 0;
   for (const std::size_t last : fix_frames(drive.size())) {
     for (; frame < last; ++frame) error.drive(drive[frame], drive[frame + 1]);
@@ -281,17 +266,16 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
     std::copy_if(near.begin(), near.end(), std::back_inserter(footprint),
                  [&](const TableBoulder& b) { return sweep.in_footprint(drive, last, b.p_map_m); });
     const Mat3 information = weigh_pairs(model, footprint, station);
-    const Mat5& before = error.covariance();
+    const ErrorCovariance& before = error.covariance();
     station.before = sigma_of(before, station.at.yaw_rad);
-    station.caught =
-        within_disc(ellipse_of(with_common(before, model.sigma_common_m)), model.icp.gate_start_m);
+    station.caught = within_disc(ellipse_of(offset_of_fix(before)), model.icp.gate_start_m);
     station.applied = station.enough * station.caught;
     station.blind = !(station.applied >= model.blind_below);
-    const Mat5 after = station.enough > 0.0 ? error.fixed(information) : before;
-    const Ellipse wide = ellipse_of(with_common(after, model.sigma_common_m));
+    const ErrorCovariance after =
+        station.enough > 0.0 ? error.fixed(information, made.stations.empty()) : before;
     station.after = sigma_of(after, station.at.yaw_rad);
     station.ellipse = ellipse_of(after.topLeftCorner<2, 2>());
-    station.right = station.applied * within_disc(wide, model.right_within_m);
+    station.right = station.applied * within_disc(station.ellipse, model.right_within_m);
     error.mix(station.applied, after);
     made.stations.push_back(station);
   }

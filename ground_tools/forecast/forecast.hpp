@@ -15,8 +15,9 @@
 ///    the information matrix of x, y and yaw as in the covariance of registration/icp.hpp.
 /// 4. Errors of x, y, yaw and of the rates of scale and turn grow and shrink as in localizer/pose_fusion.hpp.
 ///    What is carried on is the covariance over both outcomes: applied P_after + (1 - applied) P_before.
-/// 5. The fix is right where the pose after it is within `right_within_m` of truth: the Gaussian of P_after,
-///    widened by what all boulders of a map share (`sigma_common_m`), over that disc.
+///    What all boulders of a map share (`sigma_common_m`) is one of them.
+/// 5. The fix is right where the pose after it is within `right_within_m` of truth: the Gaussian of P_after
+///    over that disc.
 ///
 /// All of 1 to 3 is a mean over the drives that there may be (kShiftNodes).
 ///

@@ -116,12 +116,15 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
   app::Command start;
   start.type = app::CommandType::kSetStart;
   start.pose = start_pose(drive, options, rig);
-  start.number[0] = 0.05;
-  start.number[1] = 0.01;
+  start.number[0] = options.start_sigma_xy_m;
+  start.number[1] = options.start_sigma_yaw_rad;
   command(start);
   run_until_idle(options.slice_ops);
   if (receiver.last_ack().status != static_cast<std::uint8_t>(app::CommandStatus::kAccepted)) {
-    throw ToolError("--start: not a pose; give six finite numbers x,y,z,roll,pitch,yaw (metres, degrees)");
+    throw ToolError(
+        "--start: refused (detail {}); give six finite numbers x,y,z,roll,pitch,yaw (metres, degrees), and a "
+        "--start-sigma of 0.001 to 100000 m and 0.006 to 570 degrees",
+        receiver.last_ack().detail);
   }
   app::Command trim;
   trim.type = app::CommandType::kSetTrim;
@@ -149,7 +152,7 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
     ReplayFrame times;
     run_frame(options.slice_ops, times);
     if (replay.fixes.size() > replay.fix_covariance_m2.size())
-      replay.fix_covariance_m2.push_back(app::root.localizer().fusion().covariance_xy_m2());
+      replay.fix_covariance_m2.push_back(app::root.localizer().fusion().covariance().topLeftCorner<2, 2>());
     if (replay.frames.size() > before) {
       ReplayFrame& done = replay.frames.back();
       times.index = i;

@@ -25,11 +25,13 @@ struct ReplayFrame {
 
 struct ReplayOptions {
   LocalizerParams params;
-  std::vector<std::uint8_t> map;     ///< `.cmap` bytes; empty: VO alone
-  std::optional<Pose3> T_map_rover;  ///< start; without it the drive's truth
-  StepTrim trim;                     ///< worsens the VO steps (--degrade)
-  std::size_t first_frame = 0;       ///< index into the drive's frames
-  std::size_t end_frame = SIZE_MAX;  ///< one past the last
+  std::vector<std::uint8_t> map;      ///< `.cmap` bytes; empty: VO alone
+  std::optional<Pose3> T_map_rover;   ///< start; without it the drive's truth
+  double start_sigma_xy_m = 0.05;     ///< what the start is uncertain by, each of x and y; and ...
+  double start_sigma_yaw_rad = 0.01;  ///< ... its yaw. From Localizer::kUnknownStart_m on: lost
+  StepTrim trim;                      ///< worsens the VO steps (--degrade)
+  std::size_t first_frame = 0;        ///< index into the drive's frames
+  std::size_t end_frame = SIZE_MAX;   ///< one past the last
   std::uint32_t slice_ops = cfg::kSliceOps;
   /// Called after each frame with its left image; the public state of app::root may be read then.
   /// May be empty.

@@ -36,18 +36,20 @@ std::string boulders_csv(const Replay& replay) {
 std::string fixes_csv(const Replay& replay) {
   std::string text =
       "frame,status,dx_m,dy_m,dyaw_deg,pairs,rms_m,trimmed,gated,local_boulders,map_boulders,map_window_full,"
-      "iterations,scale,sigma_xy_m,sigma_yaw_deg,sigma_x_m,sigma_y_m,correlation_xy\n";
+      "iterations,scale,sigma_xy_m,sigma_yaw_deg,sigma_x_m,sigma_y_m,correlation_xy,snapshot,lost,chi2,log_ratio,"
+      "second_log_ratio,chance_log,hypotheses\n";
   for (std::size_t i = 0; i < replay.fixes.size(); ++i) {
     const app::FixReport& f = replay.fixes[i];
     const Mat2& P = replay.fix_covariance_m2.at(i);
     const double sigma_x = std::sqrt(P(0, 0));
     const double sigma_y = std::sqrt(P(1, 1));
     text += fmt::format(
-        "{},{},{:.5f},{:.5f},{:.5f},{},{:.5f},{},{},{},{},{},{},{:.6f},{:.5f},{:.5f},{:.5f},{:.5f},{:.4f}\n",
+        "{},{},{:.5f},{:.5f},{:.5f},{},{:.5f},{},{},{},{},{},{},{:.6f},{:.5f},{:.5f},{:.5f},{:.5f},{:.4f},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{}\n",
         f.number, fix_status_name(f.status), f.dx_m, f.dy_m, f.dyaw_rad * kDegPerRad, f.pairs, f.rms_m,
         f.trimmed, f.gated, f.local_boulders, f.map_boulders, f.map_window_full, f.iterations, f.scale,
         f.sigma_xy_m, f.sigma_yaw_rad * static_cast<float>(kDegPerRad), sigma_x, sigma_y,
-        P(0, 1) / (sigma_x * sigma_y));
+        P(0, 1) / (sigma_x * sigma_y), f.snapshot, f.lost, f.chi2, f.log_ratio, f.second_log_ratio,
+        f.chance_log, f.hypotheses);
   }
   return text;
 }
@@ -60,18 +62,18 @@ double ms_of(const ReplayFrame& frame, std::initializer_list<cfg::Task> tasks) {
 
 std::string frames_csv(const Replay& replay) {
   std::string text =
-      "frame,stamp_s,pose,vo,boulder_search,features,stereo,matches,inliers,rms_px,regions,evident_regions,"
+      "frame,stamp_s,pose,vo,boulder_search,trust,features,stereo,matches,inliers,rms_px,regions,evident_regions,"
       "boulders,boulders_matched,sigma_xy_m,sigma_yaw_deg,vo_ops,boulder_ops,fix_ops,vo_ms,boulder_ms,fix_ms,"
       "ms\n";
   for (std::size_t i = 0; i < replay.frames.size(); ++i) {
     const ReplayFrame& f = replay.frames[i];
     const app::FrameReport& r = f.report;
-    text +=
-        fmt::format("{},{:.9f},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{:.5f},{:.5f},{},{},{},", r.number,
-                    replay.vo[i].stamp_s, pose_source_name(r.pose_source), vo_status_name(r.vo_status),
-                    observe_status_name(r.boulder_status), r.features_left, r.stereo, r.matches, r.inliers,
-                    r.rms_px, r.regions, r.evident_regions, r.boulders, r.boulders_matched, r.sigma_xy_m,
-                    r.sigma_yaw_rad * static_cast<float>(kDegPerRad), r.vo_ops, r.boulder_ops, r.fix_ops);
+    text += fmt::format("{},{:.9f},{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{:.5f},{:.5f},{},{},{},",
+                        r.number, replay.vo[i].stamp_s, pose_source_name(r.pose_source),
+                        vo_status_name(r.vo_status), observe_status_name(r.boulder_status),
+                        trust_name(r.trust), r.features_left, r.stereo, r.matches, r.inliers, r.rms_px,
+                        r.regions, r.evident_regions, r.boulders, r.boulders_matched, r.sigma_xy_m,
+                        r.sigma_yaw_rad * static_cast<float>(kDegPerRad), r.vo_ops, r.boulder_ops, r.fix_ops);
     text += fmt::format(
         "{:.3f},{:.3f},{:.3f},{:.3f}\n", ms_of(f, {cfg::Task::kVo}), ms_of(f, {cfg::Task::kBoulders}),
         ms_of(f, {cfg::Task::kFixBegin, cfg::Task::kFix, cfg::Task::kFixApply}), 1.0e3 * f.seconds);

@@ -35,11 +35,30 @@ std::string observe_status_name(std::uint8_t value) {
 }
 
 std::string fix_status_name(std::uint8_t value) {
-  static const char* const names[] = {"none",          "running",         "applied",
-                                      "no_map",        "no_map_boulders", "no_local_boulders",
-                                      "too_few_pairs", "weak_geometry",   "iteration_limit",
-                                      "beyond_limit",  "bad_input",       "late"};
+  static const char* const names[] = {"none",
+                                      "running",
+                                      "applied",
+                                      "no_map",
+                                      "no_map_boulders",
+                                      "no_local_boulders",
+                                      "too_few_pairs",
+                                      "weak_geometry",
+                                      "iteration_limit",
+                                      "beyond_limit",
+                                      "bad_input",
+                                      "late",
+                                      "inconsistent",
+                                      "no_search_room",
+                                      "no_hypothesis",
+                                      "too_little_evidence",
+                                      "ambiguous",
+                                      "chance_agreement"};
   return pick<kFixStatusCount>(names, value);
+}
+
+std::string trust_name(std::uint8_t value) {
+  static const char* const names[] = {"confirmed", "coasting", "unconfirmed", "lost"};
+  return pick<kTrustStates>(names, value);
 }
 
 std::string map_status_name(std::uint8_t value) {

@@ -10,7 +10,8 @@ std::string pose_source_name(std::uint8_t value);     ///< PoseSource
 std::string vo_status_name(std::uint8_t value);       ///< VoStatus
 std::string observe_status_name(std::uint8_t value);  ///< ObserveStatus
 std::string fix_status_name(std::uint8_t value);      ///< FixStatus
-std::string map_status_name(std::uint8_t value);      ///< MapStatus
-std::string task_name(std::uint8_t value);            ///< cfg::Task
+std::string trust_name(std::uint8_t value);
+std::string map_status_name(std::uint8_t value);  ///< MapStatus
+std::string task_name(std::uint8_t value);        ///< cfg::Task
 
 }  // namespace cairn::ground

@@ -24,6 +24,7 @@ FrameReport frame_report() {
   r.pose_source = 0x21;
   r.vo_status = 0x22;
   r.boulder_status = 0x23;
+  r.trust = 0x24;
   r.T_map_cam_vo = kVoPose;
   r.T_map_cam = kPose;
   r.sigma_xy_m = 0.125F;
@@ -50,7 +51,7 @@ PacketBytes frame_bytes() {
   PacketBytes b(1, kSequence);
   b.u32(0x01020304U);
   b.u64(0x1112131415161718ULL);
-  for (const unsigned v : {0x21U, 0x22U, 0x23U}) b.u8(v);
+  for (const unsigned v : {0x21U, 0x22U, 0x23U, 0x24U}) b.u8(v);
   b.pose(kVoPose);
   b.pose(kPose);
   b.f32(0.125F);
@@ -83,6 +84,13 @@ FixReport fix_report() {
   r.trimmed = 0x3738;
   r.gated = 0x393A;
   r.iterations = 0x3B3C;
+  r.snapshot = 0x41424344U;
+  r.lost = 0x45;
+  r.chi2 = 1.25F;
+  r.log_ratio = 41.5F;
+  r.second_log_ratio = -7.1F;
+  r.chance_log = 1000.0F;
+  r.hypotheses = 0x51525354U;
   return r;
 }
 
@@ -94,6 +102,10 @@ PacketBytes fix_bytes() {
   for (const double v : {0.1, -0.2, 1e-300, 1.02}) b.f64(v);
   for (const float v : {0.05F, 0.06F, 0.07F}) b.f32(v);
   for (const unsigned v : {0x3132U, 0x3334U, 0x3536U, 0x3738U, 0x393AU, 0x3B3CU}) b.u16(v);
+  b.u32(0x41424344U);
+  b.u8(0x45);
+  for (const float v : {1.25F, 41.5F, -7.1F, 1000.0F}) b.f32(v);
+  b.u32(0x51525354U);
   b.finish();
   return b;
 }
@@ -142,7 +154,7 @@ HealthReport health_report() {
 
 PacketBytes health_bytes() {
   PacketBytes b(5, kSequence);
-  for (std::uint32_t i = 1; i <= 48; ++i) b.u32(0xA0000000U + i);
+  for (std::uint32_t i = 1; i <= 54; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
   b.u32(0x01020304U);
   b.finish();
@@ -200,11 +212,11 @@ void check_round_trip(const Report& report, const PacketBytes& expected, int exp
 }
 
 void test_every_byte_is_as_the_icd_says(void**) {
-  check_round_trip(frame_report(), frame_bytes(), 1, 189);
-  check_round_trip(fix_report(), fix_bytes(), 2, 74);
+  check_round_trip(frame_report(), frame_bytes(), 1, 190);
+  check_round_trip(fix_report(), fix_bytes(), 2, 99);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 209);
+  check_round_trip(health_report(), health_bytes(), 5, 233);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -276,12 +288,12 @@ void test_other_versions_and_types(void**) {
     damaged.seal(damaged.size());
     assert_status(status_of<AckReport>(damaged, damaged.size()), PacketStatus::kBadVersion);
   }
-  assert_status(status_of<FrameReport>(fix_bytes(), 74), PacketStatus::kOtherType);
+  assert_status(status_of<FrameReport>(fix_bytes(), 99), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 209), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 233), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
-  assert_status(status_of<UploadReport>(frame_bytes(), 189), PacketStatus::kOtherType);
+  assert_status(status_of<UploadReport>(frame_bytes(), 190), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {
     damaged = ack_bytes();
     damaged.data()[0] = static_cast<std::uint8_t>(type);

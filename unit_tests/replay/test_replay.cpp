@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x3CC414F5U, 0, 0};
-constexpr Golden kWhole = {35, 0x032E6A2CU, 0x2A963815U, 0x8A85505CU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x0AFB6288U, 0, 0};
+constexpr Golden kWhole = {35, 0x1D33C82CU, 0x2BAE5CB8U, 0x9AC3E0CDU};  // with the fix of frame 30
 
 tape::Telemetry t;
 

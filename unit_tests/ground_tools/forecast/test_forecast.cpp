@@ -44,8 +44,7 @@ ForecastModel plain() {
   model.clutter_per_m2 = 0.0;
   model.sigma_common_m = 0.0;
   model.sigma_pair_m = model.icp.sigma_pair_m;
-  model.fusion.information_share = 1.0;
-  model.fusion.floor_xy_m = model.fusion.floor_yaw_rad = 0.0;
+  model.fusion.common_yaw_rad = 0.0;
   return model;
 }
 
@@ -374,10 +373,11 @@ void test_errors_against_the_fusion(void**) {
   fusion.init(model.fusion, model.sigma_start_xy_m, model.sigma_start_yaw_rad);
   std::size_t next = 0;
   for (std::size_t i = 1; i < drive.size(); ++i) {
-    fusion.propagate(Vec2(drive[i].x_m - drive[i - 1].x_m, drive[i].y_m - drive[i - 1].y_m));
+    fusion.propagate({Vec2(drive[i].x_m - drive[i - 1].x_m, drive[i].y_m - drive[i - 1].y_m),
+                      wrap_angle(drive[i].yaw_rad - drive[i - 1].yaw_rad), Mat3::Zero()});
     if (next == blind.stations.size() || blind.stations[next].frame != i) continue;
     const FixStation& s = blind.stations[next++];
-    const Ellipse flight = ellipse_of(fusion.covariance_xy_m2());
+    const Ellipse flight = ellipse_of(fusion.covariance().topLeftCorner<2, 2>());
     assert_near(s.ellipse.major_m, flight.major_m, 1e-9);
     assert_near(s.ellipse.minor_m, flight.minor_m, 1e-9);
     assert_near(s.before.yaw_rad, fusion.sigma_yaw_rad(), 1e-9);

@@ -1,0 +1,65 @@
+#include "localizer/trust.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr Trust C = Trust::kConfirmed;
+constexpr Trust O = Trust::kCoasting;
+constexpr Trust U = Trust::kUnconfirmed;
+constexpr Trust L = Trust::kLost;
+
+/// The header's table: a row an event, a column a state.
+constexpr Trust kNext[kTrustEvents][kTrustStates] = {
+    {C, C, C, C},  // kStartGiven
+    {L, L, L, L},  // kStartUnknown
+    {C, O, U, L},  // kStepMeasured
+    {C, C, U, L},  // kCaughtUp
+    {O, O, U, L},  // kHeld
+    {U, U, U, L},  // kGuessed
+    {U, U, U, L},  // kDoubted
+    {C, C, C, C},  // kFixAccepted
+    {U, U, U, L},  // kFixInconsistent
+    {C, O, U, L},  // kFixDeclined
+    {C, O, U, L},  // kFixUndecided
+    {U, U, U, L},  // kFixRefuted
+};
+
+Trust next(Trust state, TrustEvent event) { return kNext[static_cast<int>(event)][static_cast<int>(state)]; }
+
+}  // namespace
+
+void TrustState::init(const TrustParams& params) {
+  params_ = params;
+  state_ = Trust::kLost;
+  since_ = Trust::kConfirmed;
+  refusals_ = 0;
+}
+
+void TrustState::on(TrustEvent event) {
+  state_ = next(state_, event);
+  switch (event) {
+    case TrustEvent::kStartGiven:
+    case TrustEvent::kStartUnknown:
+      since_ = Trust::kConfirmed;
+      refusals_ = 0;
+      break;
+    case TrustEvent::kStepMeasured:
+    case TrustEvent::kCaughtUp:
+    case TrustEvent::kHeld:
+    case TrustEvent::kGuessed:
+    case TrustEvent::kDoubted: since_ = next(since_, event); break;
+    case TrustEvent::kFixAccepted:
+      state_ = since_;
+      refusals_ = 0;
+      break;
+    case TrustEvent::kFixInconsistent:
+    case TrustEvent::kFixDeclined:
+      ++refusals_;
+      if (refusals_ >= static_cast<std::uint32_t>(params_.lost_after)) state_ = Trust::kLost;
+      break;
+    case TrustEvent::kFixRefuted:
+    case TrustEvent::kFixUndecided: break;
+  }
+}
+
+}  // namespace cairn

@@ -1,0 +1,85 @@
+/// How far the pose may be believed, by what it was made of. Sigma tells how large the error may be if all is
+/// as modelled; trust tells whether it is.
+///
+/// Latched: once a step was guessed, good steps after it do not make the pose good again, since an error
+/// stays. What does is a fix, or a start pose by command; and where VO bridges frames without a picture from
+/// a reference before them, nothing was guessed after all.
+///
+/// | event            | confirmed   | coasting    | unconfirmed | lost      |
+/// |------------------|-------------|-------------|-------------|-----------|
+/// | kStartGiven      | confirmed   | confirmed   | confirmed   | confirmed |
+/// | kStartUnknown    | lost        | lost        | lost        | lost      |
+/// | kStepMeasured    |             |             |             |           |
+/// | kCaughtUp        |             | confirmed   |             |           |
+/// | kHeld            | coasting    |             |             |           |
+/// | kGuessed         | unconfirmed | unconfirmed |             |           |
+/// | kDoubted         | unconfirmed | unconfirmed |             |           |
+/// | kFixAccepted     | confirmed   | confirmed   | confirmed   | confirmed |
+/// | kFixInconsistent | unconfirmed | unconfirmed |             |           |
+/// | kFixDeclined     |             |             |             |           |
+/// | kFixUndecided    |             |             |             |           |
+/// | kFixRefuted      | unconfirmed | unconfirmed |             |           |
+///
+/// (an empty place: stays as it is). `lost_after` events of kFixDeclined and kFixInconsistent without
+/// kFixAccepted or a command between them: lost, from any state. kFixUndecided neither counts nor
+/// ends the row.
+///
+/// A fix speaks of the frame of its snapshot. Where frames were held or guessed between that and its
+/// arrival, it does not confirm them: kFixAccepted then leads to where these frames would have led from
+/// a confirmed pose.
+#pragma once
+
+#include <cstdint>
+
+#include "mission_cfg.hpp"
+
+namespace cairn {
+
+enum class Trust : std::uint8_t {
+  kConfirmed,    ///< every step since the start or the last fix was measured
+  kCoasting,     ///< no usable pair now: held, or moved by motion priors; VO may yet bridge it
+  kUnconfirmed,  ///< a step was guessed or doubted, or a fix contradicts
+  kLost,         ///< where the rover is, is not known: only a fix or a start pose ends this
+};
+
+enum class TrustEvent : std::uint8_t {
+  kStartGiven,       ///< by command
+  kStartUnknown,     ///< by command
+  kStepMeasured,     ///< VO, from the pair before
+  kCaughtUp,         ///< VO, over all that was held or missed since its reference
+  kHeld,             ///< a pair that VO cannot use; its reference stands
+  kGuessed,          ///< VO's reference is lost: the step is the motion prior's or the last one's, for good
+  kDoubted,          ///< VO's step contradicts the motion prior (localizer/vo_watch.hpp)
+  kFixAccepted,      ///< the map confirms the snapshot's pose, corrected or found anew
+  kFixInconsistent,  ///< the map agrees with a pose that sigma does not allow
+  kFixDeclined,      ///< evidence was there to decide, and it did not speak for the pose
+  kFixUndecided,     ///< too little evidence, no map, not in time: tells nothing
+  kFixRefuted,       ///< too little evidence again and again, where it speaks against the pose
+};
+inline constexpr int kTrustStates = 4;
+inline constexpr int kTrustEvents = 12;
+
+struct TrustParams {
+  int lost_after = cfg::kMission.lost_after_fixes;  ///< at least 1
+};
+
+class TrustState {
+ public:
+  /// kLost: no start pose yet.
+  void init(const TrustParams& params);
+  /// The frame that the next fix speaks of.
+  void snapshot() { since_ = Trust::kConfirmed; }
+  void on(TrustEvent event);
+
+  Trust state() const { return state_; }
+  /// kFixDeclined and kFixInconsistent in a row.
+  std::uint32_t refusals() const { return refusals_; }
+
+ private:
+  TrustParams params_;
+  Trust state_ = Trust::kLost;
+  Trust since_ = Trust::kConfirmed;  ///< the state, were the pose of the snapshot confirmed
+  std::uint32_t refusals_ = 0;
+};
+
+}  // namespace cairn

@@ -1,0 +1,179 @@
+// Trust: the header's table, row by row, and what must hold for any order of events.
+#include "localizer/trust.hpp"
+
+#include "core/random.hpp"
+#include "support/cmocka.hpp"
+
+using namespace cairn;
+
+namespace {
+
+constexpr TrustEvent kAll[kTrustEvents] = {
+    TrustEvent::kStartGiven,  TrustEvent::kStartUnknown, TrustEvent::kStepMeasured,
+    TrustEvent::kCaughtUp,    TrustEvent::kHeld,         TrustEvent::kGuessed,
+    TrustEvent::kDoubted,     TrustEvent::kFixAccepted,  TrustEvent::kFixInconsistent,
+    TrustEvent::kFixDeclined, TrustEvent::kFixUndecided, TrustEvent::kFixRefuted,
+};
+
+TrustState in_state(Trust state) {
+  TrustState t;
+  t.init({});
+  if (state == Trust::kLost) return t;
+  t.on(TrustEvent::kStartGiven);
+  if (state == Trust::kCoasting) t.on(TrustEvent::kHeld);
+  if (state == Trust::kUnconfirmed) t.on(TrustEvent::kGuessed);
+  t.snapshot();
+  return t;
+}
+
+Trust after(Trust state, TrustEvent event) {
+  TrustState t = in_state(state);
+  t.on(event);
+  return t.state();
+}
+
+void test_before_any_start(void**) {
+  TrustState t;
+  t.init({});
+  assert_status(t.state(), Trust::kLost);
+  assert_int_equal(t.refusals(), 0);
+}
+
+void test_commands(void**) {
+  for (const Trust from : {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost}) {
+    assert_status(in_state(from).state(), from);
+    assert_status(after(from, TrustEvent::kStartGiven), Trust::kConfirmed);
+    assert_status(after(from, TrustEvent::kStartUnknown), Trust::kLost);
+  }
+}
+
+void test_frames(void**) {
+  assert_status(after(Trust::kConfirmed, TrustEvent::kStepMeasured), Trust::kConfirmed);
+  assert_status(after(Trust::kConfirmed, TrustEvent::kCaughtUp), Trust::kConfirmed);
+  assert_status(after(Trust::kConfirmed, TrustEvent::kHeld), Trust::kCoasting);
+  assert_status(after(Trust::kConfirmed, TrustEvent::kGuessed), Trust::kUnconfirmed);
+  assert_status(after(Trust::kConfirmed, TrustEvent::kDoubted), Trust::kUnconfirmed);
+  assert_status(after(Trust::kCoasting, TrustEvent::kHeld), Trust::kCoasting);
+  assert_status(after(Trust::kCoasting, TrustEvent::kStepMeasured), Trust::kCoasting);
+  assert_status(after(Trust::kCoasting, TrustEvent::kCaughtUp), Trust::kConfirmed);
+  assert_status(after(Trust::kCoasting, TrustEvent::kGuessed), Trust::kUnconfirmed);
+  assert_status(after(Trust::kCoasting, TrustEvent::kDoubted), Trust::kUnconfirmed);
+}
+
+/// No frame, good or bad, lifts a latched state.
+void test_latched(void**) {
+  for (const Trust from : {Trust::kUnconfirmed, Trust::kLost}) {
+    for (const TrustEvent e : {TrustEvent::kStepMeasured, TrustEvent::kCaughtUp, TrustEvent::kHeld,
+                               TrustEvent::kGuessed, TrustEvent::kDoubted, TrustEvent::kFixDeclined,
+                               TrustEvent::kFixInconsistent, TrustEvent::kFixUndecided}) {
+      assert_status(after(from, e), from);
+    }
+  }
+}
+
+void test_fixes(void**) {
+  for (const Trust from : {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost}) {
+    assert_status(after(from, TrustEvent::kFixAccepted), Trust::kConfirmed);
+    assert_status(after(from, TrustEvent::kFixUndecided), from);
+    assert_status(after(from, TrustEvent::kFixDeclined), from);
+  }
+  assert_status(after(Trust::kConfirmed, TrustEvent::kFixInconsistent), Trust::kUnconfirmed);
+  assert_status(after(Trust::kCoasting, TrustEvent::kFixInconsistent), Trust::kUnconfirmed);
+}
+
+void test_refused_too_often(void**) {
+  for (int lost_after = 1; lost_after <= 4; ++lost_after) {
+    TrustState t;
+    t.init({lost_after});
+    t.on(TrustEvent::kStartGiven);
+    for (int i = 1; i <= lost_after; ++i) {
+      assert_true(t.state() != Trust::kLost);
+      t.on(i % 2 == 0 ? TrustEvent::kFixInconsistent : TrustEvent::kFixDeclined);
+      t.on(TrustEvent::kFixUndecided);
+      t.on(TrustEvent::kStepMeasured);
+      assert_int_equal(t.refusals(), i);
+    }
+    assert_status(t.state(), Trust::kLost);
+    t.on(TrustEvent::kFixAccepted);
+    assert_status(t.state(), Trust::kConfirmed);
+    assert_int_equal(t.refusals(), 0);
+  }
+}
+
+void test_only_rows_count(void**) {
+  for (const TrustEvent between :
+       {TrustEvent::kFixAccepted, TrustEvent::kStartGiven, TrustEvent::kStartUnknown}) {
+    TrustState t;
+    t.init({2});
+    t.on(TrustEvent::kStartGiven);
+    t.on(TrustEvent::kFixDeclined);
+    t.on(between);
+    t.on(TrustEvent::kFixDeclined);
+    assert_int_equal(t.refusals(), 1);
+    if (between != TrustEvent::kStartUnknown) assert_status(t.state(), Trust::kConfirmed);
+  }
+}
+
+/// A fix that comes late confirms its own frame, not what was guessed since.
+void test_late_fix(void**) {
+  const auto late = [](TrustEvent since) {
+    TrustState t = in_state(Trust::kLost);
+    t.snapshot();
+    t.on(TrustEvent::kStepMeasured);
+    t.on(since);
+    t.on(TrustEvent::kStepMeasured);
+    t.on(TrustEvent::kFixAccepted);
+    return t.state();
+  };
+  assert_status(late(TrustEvent::kStepMeasured), Trust::kConfirmed);
+  assert_status(late(TrustEvent::kHeld), Trust::kCoasting);
+  assert_status(late(TrustEvent::kGuessed), Trust::kUnconfirmed);
+  assert_status(late(TrustEvent::kDoubted), Trust::kUnconfirmed);
+  assert_status(late(TrustEvent::kStartGiven), Trust::kConfirmed);  // which forgets the fix's frame
+}
+
+/// Any order: what makes a pose confirmed is a command, a fix, or a bridge over frames that were only held.
+void test_any_order(void**) {
+  Random random(5);
+  TrustState t;
+  t.init({});
+  bool guessed = true;  // since the last start, and since the snapshot of the last accepted fix
+  bool guessed_since_snapshot = false;
+  for (int i = 0; i < 200000; ++i) {
+    const Trust before = t.state();
+    if (random.below(8) == 0) {
+      t.snapshot();
+      guessed_since_snapshot = false;
+    }
+    const TrustEvent e = kAll[random.below(kTrustEvents)];
+    t.on(e);
+    if (e == TrustEvent::kGuessed || e == TrustEvent::kDoubted) guessed = guessed_since_snapshot = true;
+    if (e == TrustEvent::kFixAccepted) guessed = guessed_since_snapshot;
+    if (e == TrustEvent::kStartGiven) guessed = guessed_since_snapshot = false;
+    if (e == TrustEvent::kStartUnknown) guessed_since_snapshot = false;
+    if (t.state() == Trust::kConfirmed) {
+      assert_false(guessed);
+      if (before == Trust::kLost || before == Trust::kUnconfirmed)
+        assert_true(e == TrustEvent::kFixAccepted || e == TrustEvent::kStartGiven);
+    }
+    if (before == Trust::kLost && t.state() != Trust::kLost)
+      assert_true(e == TrustEvent::kFixAccepted || e == TrustEvent::kStartGiven);
+  }
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_before_any_start),
+      cmocka_unit_test(test_commands),
+      cmocka_unit_test(test_frames),
+      cmocka_unit_test(test_latched),
+      cmocka_unit_test(test_fixes),
+      cmocka_unit_test(test_refused_too_often),
+      cmocka_unit_test(test_only_rows_count),
+      cmocka_unit_test(test_late_fix),
+      cmocka_unit_test(test_any_order),
+  };
+  return cmocka_run_group_tests_name("localizer/trust", tests, nullptr, nullptr);
+}
