@@ -55,7 +55,7 @@ struct PlaneSums {
 }  // namespace
 
 RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params, const RegionBoxes& regions,
-                                  SurfacePoints& points) {
+                                              SurfacePoints& points) {
   params_ = params;
   regions_ = &regions;
   points_ = &points;

@@ -66,7 +66,8 @@ enum class CAIRN_NODISCARD RegionEvidenceStatus : std::uint8_t {
 class RegionEvidenceJob {
  public:
   /// `points` is borrowed until done and gets its `raised` set.
-  RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions, SurfacePoints& points);
+  RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions,
+                             SurfacePoints& points);
   /// Unit: one region.
   Progress step(WorkBudget& budget);
   RegionEvidenceStatus status() const { return status_; }

@@ -5,10 +5,10 @@
 ///   kLost     no prior: localizer/relocation.hpp
 ///
 /// The window holds the local map wherever the prior leaves room for it, and a ring around that for decoys:
-///   radius = reach_sigmas sigma + farthest local boulder + ring / sqrt(density of the whole map), at least the
-///   mission's.
-/// Where it does not fit (a dense map, or a large sigma), the pose is looked for as when lost, in the disc
-/// and the sector that the prior leaves room for.
+///   radius = reach_sigmas sigma + farthest local boulder + ring / sqrt(density of the whole map)
+/// Where it does not fit, or the prior is wide (`wide_xy_m`, `wide_yaw_rad`), the pose is looked for as when
+/// lost, in the disc and the sector that the prior leaves room for: pairs of boulders, rarest first, cost a
+/// hundredth of going through all poses there.
 ///
 /// The result is what the map alone says, without the prior: a filter that weighs it against the pose must
 /// not count the prior twice. With C the covariance that came out with the prior P, and off the offset from

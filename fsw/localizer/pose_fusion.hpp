@@ -8,14 +8,15 @@
 /// yaw, k, w, c_x, c_y, c_yaw) of the rover in `map`:
 ///
 ///   step       displacement D (map, m), length ds, turn da, covariance V of VO (x, y, yaw, in map):
-///              x += k D_x - yaw D_y,  y += k D_y + yaw D_x,  yaw += w ds,  c *= a = 1 / (1 + ds / common_length)
-///              Q = f^2 V + diag(noise_xy^2 ds, the same, noise_yaw^2 ds + noise_turn^2 |da|, scale_walk^2 ds,
-///                               turn_walk^2 ds, (1 - a^2) common^2)
-///   fix        z = (x, y, yaw) + c + n,  cov(n) = R / fresh: `fresh` is the share of what it was made of that no fix
-///              before it used
-///   gate       d = z' S^-1 z,  S = H P H' + R / fresh. Beyond gate_chi2 the fix is inconsistent and nothing changes.
-///              Beyond surprise_chi2 errors are larger than was believed (VO's rates are far outside their prior, say):
-///              first P of pose and rates is taken d / surprise_chi2 times.
+///              x += k D_x - yaw D_y,  y += k D_y + yaw D_x,  yaw += w ds,
+///              c *= a = 1 / (1 + ds / common_length),  P = F P F' + f^2 V + diag(q),
+///              q = noise_xy^2 ds, the same, noise_yaw^2 ds + noise_turn^2 |da|, scale_walk^2 ds,
+///                  turn_walk^2 ds, (1 - a^2) common^2
+///   fix        z = (x, y, yaw) + c + n,  cov(n) = R / fresh: `fresh` is the share of what it was made of
+///              that no fix before it used
+///   gate       d = z' S^-1 z,  S = H P H' + R / fresh. Beyond gate_chi2 the fix is inconsistent and
+///              nothing changes. Beyond surprise_chi2 errors are larger than was believed (VO's rates are
+///              far outside their prior, say): first P of pose and rates is taken d / surprise_chi2 times.
 ///
 /// A fix lands at its own time. `snapshot` keeps P; steps since then gather the transition F and the noise Q;
 /// the update is made on the kept P and carried forward, P_now = F P' F' + Q. That is what a filter would
@@ -83,7 +84,7 @@ struct FixOffset {
 /// Takes the Gaussian prior (sigmas, mean zero) out of a registration that came out with it.
 FixOffset without_prior(const FixOffset& with_prior, double prior_sigma_xy_m, double prior_sigma_yaw_rad);
 
-// ---- the filter's three equations, for the forecast as well ---------------------------------------------------------
+// ---- the filter's three equations, for the forecast as well ------------------------------------------
 
 ErrorCovariance errors_at_start(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad);
 struct ErrorGrowth {
@@ -101,7 +102,7 @@ struct ErrorUpdate {
 /// By a fix with `covariance` = R / fresh.
 ErrorUpdate updated(const ErrorCovariance& P, const Vec3& offset, const Mat3& covariance);
 
-// ---- the filter -------------------------------------------------------------------------------------------------------
+// ---- the filter --------------------------------------------------------------------------------------
 
 enum class CAIRN_NODISCARD FusionStatus : std::uint8_t {
   kFused,         ///< the correction is to be made

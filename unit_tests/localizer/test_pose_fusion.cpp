@@ -37,7 +37,7 @@ FusionResult fuse(PoseFusion& fusion, const Vec3& z, const Mat3& R, double fresh
   return fusion.update({z, R}, fresh);
 }
 
-// ---- the equations --------------------------------------------------------------------------------------------------
+// ---- the equations -----------------------------------------------------------------------------------
 
 /// The textbook filter in covariance form, whose state holds the snapshot's pose errors as well: a late fix
 /// is then a measurement like any other.
@@ -301,7 +301,7 @@ void test_prior_taken_out(void**) {
   }
 }
 
-// ---- what is refused ------------------------------------------------------------------------------------------------
+// ---- what is refused ---------------------------------------------------------------------------------
 
 void test_gate(void**) {
   const FusionParams params = without_common();
@@ -399,7 +399,7 @@ void test_bad_input(void**) {
     refused(Vec3(0.0, 0.0, 0.0), good, fresh);
 }
 
-// ---- what fixes share -----------------------------------------------------------------------------------------------
+// ---- what fixes share --------------------------------------------------------------------------------
 
 /// However many fixes a map gives, the pose in it is known no better than the map's own shift is.
 void test_false_certainty(void**) {
@@ -428,7 +428,7 @@ void test_fresh_share(void**) {
   assert_near(fusion.sigma_xy_m(), 0.03 * std::sqrt(2.0 / 3.0), 1e-12);
 }
 
-// ---- drives ---------------------------------------------------------------------------------------------------------
+// ---- drives ------------------------------------------------------------------------------------------
 
 /// A rover on an S-shaped drive, its VO off by `scale` and `turn`.
 struct Drive {
@@ -679,7 +679,7 @@ void test_consistent_with_shared_boulders(void**) {
   assert_near(coverage.share_95(), 0.95, 0.02);
 }
 
-// ---- frames that VO does not measure --------------------------------------------------------------------------------
+// ---- frames that VO does not measure -----------------------------------------------------------------
 
 /// Whatever the rover does within its bounds, for as long as it may: three sigmas hold it, and not
 /// twenty times over.
@@ -779,7 +779,7 @@ void test_fixes_about_hidden_frames(void**) {
   assert_at_most(fusion.sigma_xy_m(), 4.0 * p.unseen_step_m + 0.02);
 }
 
-// ---- rates, and a pose found anew -----------------------------------------------------------------------------------
+// ---- rates, and a pose found anew --------------------------------------------------------------------
 
 void learn(PoseFusion& fusion, double scale, int fixes) {
   for (int i = 0; i < fixes; ++i) {
