@@ -261,13 +261,15 @@ void test_late_fix_is_counted(void**) {
 }
 
 void test_fix_in_time_is_not(void**) {
-  start(localizer, LocalizerParams());
+  LocalizerParams params;
+  params.correction = CorrectionMode::kWhole;  // the scene is a lattice: a search would find it ambiguous
+  start(localizer, params);
   make_boulders();
   std::uint32_t most = 0;
   for (int n = 0; n < cfg::kMinorFrames; ++n) {
     blind_minor_frame();
     const std::uint32_t ops = executive.work().ops[kFix];
-    assert_int_equal(ops > 0, n >= kBeginMinor && n <= kApplyMinor && ops > 0);
+    assert_int_equal(ops > 0, n >= kBeginMinor && n < kApplyMinor && ops > 0);
     if (ops > most) most = ops;
     if (n < kApplyMinor) assert_near((localizer.T_map_rover().t - kStart).norm(), 0.0, 0.0);
   }
