@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/exp_log.hpp"
+#include "core/inverse.hpp"
 
 namespace cairn {
 namespace {
@@ -51,7 +52,7 @@ MapFixStatus status_of(RelocationStatus relocation) {
 bool inverse(const Mat3& m, Mat3& out) {
   const Eigen::LLT<Mat3> llt(m);
   if (llt.info() != Eigen::Success) return false;
-  out = llt.solve(Mat3::Identity());
+  out = inverse_by<3>(llt);
   for (int k = 0; k < 3; ++k) {
     if (!(out(k, k) > 0.0 && out(k, k) < 1.0e12)) return false;
   }

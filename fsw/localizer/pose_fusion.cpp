@@ -2,23 +2,15 @@
 
 #include <cmath>
 
+#include "core/inverse.hpp"
+
 namespace cairn {
 namespace {
 
 constexpr double kTurnedAnyhow = 1.8;  // sigma of a heading about which nothing is known: pi / sqrt(3)
 constexpr double kAnywhere_m = 1.0e4;
 
-Mat3 inverse(const Mat3& m) {
-  const Eigen::LDLT<Mat3> ldlt(m);
-  Mat3 out;
-  for (int k = 0; k < 3; ++k) {
-    Vec3 unit(0.0, 0.0, 0.0);
-    unit[k] = 1.0;
-    const Vec3 column = ldlt.solve(unit);
-    for (int r = 0; r < 3; ++r) out(r, k) = column[r];
-  }
-  return out;
-}
+Mat3 inverse(const Mat3& m) { return inverse_by<3>(Eigen::LDLT<Mat3>(m)); }
 
 ErrorCovariance symmetric(const ErrorCovariance& m) {
   ErrorCovariance out;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/exp_log.hpp"
+#include "core/inverse.hpp"
 
 namespace cairn {
 namespace {
@@ -102,7 +103,7 @@ bool gaussian_prior(const Hypothesis& mean, const Mat3& covariance, PosePrior& o
     half_log_det += ln(pivot);
   }
   out.mean = mean;
-  out.information = llt.solve(Mat3::Identity());
+  out.information = inverse_by<3>(llt);
   out.log_volume = 1.5 * kLn2Pi + half_log_det;
   return true;
 }
@@ -334,7 +335,7 @@ void EvidenceJob::weigh() {
   double factor = (kPriorFreedom + sum_wr2_) / (kPriorFreedom + (freedom > 0.0 ? freedom : 0.0));
   factor = factor < 0.25 ? 0.25 : factor > 9.0 ? 9.0 : factor;
   const Eigen::LLT<Mat4> llt(Mat4(seen / factor + prior));
-  r.covariance = llt.solve(Mat4::Identity());
+  r.covariance = inverse_by<4>(llt);
   if (params_.scale_sigma == 0.0) r.covariance(3, 3) = 0.0;
   status_ = settled_ ? EvidenceStatus::kDone : EvidenceStatus::kNotSettled;
 }

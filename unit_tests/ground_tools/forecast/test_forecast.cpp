@@ -237,8 +237,8 @@ void test_an_error_beyond_the_gate(void**) {
 void test_information_against_the_registration(void**) {
   ForecastModel model = plain();
   model.icp.trim_fraction = 0.0;
-  model.sigma_start_xy_m = 1e5;
-  model.sigma_start_yaw_rad = 1e3;
+  model.sigma_start_xy_m = 1e3;
+  model.sigma_start_yaw_rad = 30.0;
   model.icp.gate_start_m = 1e3;
   const std::vector<PathPoint> drive = drive_over({Vec2(3.0, 1.0), Vec2(5.0, 2.0)}, 0.06, 2.0);
   static std::vector<TableBoulder> all;
