@@ -62,11 +62,12 @@ void MapReader::begin_tile() {
     return;
   }
   const std::uint32_t index = row_ * map_.columns() + column_;
-  if (!map_.tile(index, tile_)) {
-    leave_out_tile();
-  } else if (tile_.payload == nullptr) {
+  const bool placed = map_.tile(index, tile_);
+  const bool empty = placed && tile_.payload == nullptr;
+  const bool sized = tile_.bytes >= cmap::kCrcBytes && tile_.bytes <= cmap::kMaxTileBytes;
+  if (empty) {
     ++column_;
-  } else if (tile_.bytes < cmap::kCrcBytes || tile_.bytes > cmap::kMaxTileBytes) {
+  } else if (!placed || !sized) {
     leave_out_tile();
   } else {
     crc_ = cmap::tile_crc_start(index);

@@ -92,8 +92,9 @@ int WideMap::bucket_of(double at_m, int count) const {
 }
 
 std::size_t WideMap::bucket_of(const Point& p) const {
-  return static_cast<std::size_t>(row_of(static_cast<double>(p.y_m)) * columns_ +
-                                  column_of(static_cast<double>(p.x_m)));
+  const auto row = static_cast<std::size_t>(row_of(static_cast<double>(p.y_m)));
+  const auto column = static_cast<std::size_t>(column_of(static_cast<double>(p.x_m)));
+  return row * static_cast<std::size_t>(columns_) + column;
 }
 
 void WideMap::lay_grid() {
@@ -239,7 +240,7 @@ int WideMap::density(std::int32_t x, std::int32_t y) const {
       ++blocks;
     }
   }
-  return sum / blocks;
+  return blocks > 0 ? sum / blocks : 0;
 }
 
 }  // namespace cairn
