@@ -44,9 +44,10 @@ INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
 comma   := ,
 SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
 COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) $(SANFLAG) $(BARE_DEFS)
-# Where size_t has 32 bits, the casts that others of these ask for on 64 would be called useless.
+# Where size_t has 32 bits, the casts that others of these ask for on 64 would be called useless; and what the
+# sanitizers put around shifts converts signs.
 FLIGHT_WARN := -Wpedantic -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-qual -Wundef \
-           $(if $(BARE),,-Wuseless-cast)
+           $(if $(BARE),,-Wuseless-cast) $(if $(SAN),-Wno-sign-conversion)
 # Flight code: no exceptions, RTTI, guarded statics, stack protector; a section a function, so that unused code goes.
 FLIGHT  := $(COMMON) $(FLIGHT_WARN) -g $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) \
            -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \

@@ -1,5 +1,5 @@
-/// The inverse of a small symmetric positive definite matrix from its factors, column by column. Eigen's solve
-/// for a whole matrix goes through its blocked products, which keep sizes of caches in a static.
+/// The inverse of a small symmetric positive definite matrix from its factors, column by column: Eigen's
+/// solve for a whole matrix goes through blocked products, which keep sizes of caches in a static.
 #pragma once
 
 #include "core/eigen.hpp"
