@@ -30,7 +30,8 @@ VoStatus VisualOdometry::start(const ImageU8& left, const ImageU8& right, const 
   result_ = {};
   phase_ = Phase::kStereo;
   if (motion_prior != nullptr) {
-    CAIRN_ASSERT(is_valid(*motion_prior));
+    const bool valid = is_valid(*motion_prior);
+    CAIRN_ASSERT(valid);
     predicted_step_ = *motion_prior;
     motion_known_ = true;
   }

@@ -6,9 +6,7 @@
 ///
 /// The weights are those of a logistic regression on fits in rendered fields. Those of today were made on
 /// fields of 5, 10, 20 mm and 25 cm a pixel under four suns, rendered for it and not kept, by a program that
-/// was not kept either: they cannot be made again to the digit. `make shadow-weights` makes new ones, from
-/// named seeds of `cairn sim`, and prints them beside today's with what both are worth on fields that neither
-/// was fitted to; it changes nothing by itself.
+/// was not kept either: they cannot be made again to the digit.
 #pragma once
 
 #include <array>
