@@ -54,11 +54,12 @@ struct Mission {
   int local_map_frames = 60;             ///< sliding window: two intervals between fixes
 
   // Fusion (localizer/pose_fusion.hpp): what VO may be off. Rendered drives of four scenes gave rates of
-  // 0.0001 and 0.00006 to 0.0002 rad a metre with an exact calibration, a car's 0.005 and 0.0002; one that is
-  // 2 % off is still believed within six sigmas, and learnt.
-  double drift_scale = 0.004;
-  double drift_yaw_rad_per_m = 0.0004;  ///< 0.02 degrees
-  double max_drift_scale = 0.05;        ///< beyond it a rig would not have been flown
+  // 0.0001 and 0.00006 to 0.0002 rad a metre with an exact calibration, a car's 0.005 and 0.0002. A mission
+  // does not know beforehand that its rig is as good, so these are about the paper's drift: a sigma that is
+  // too large costs fixes their weight, one that is too small is believed.
+  double drift_scale = 0.02;
+  double drift_yaw_rad_per_m = 0.001;  ///< 0.06 degrees
+  double max_drift_scale = 0.05;       ///< beyond it a rig would not have been flown
   double max_drift_yaw_rad_per_m = 0.005;
   double drift_noise_xy_m = 0.002;  ///< of one metre; grows with the square root of the way
   double drift_noise_yaw_rad = 0.0004;

@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x0AFB6288U, 0, 0};
-constexpr Golden kWhole = {35, 0x1D33C82CU, 0x2BAE5CB8U, 0x9AC3E0CDU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x3C2B5D99U, 0, 0};
+constexpr Golden kWhole = {35, 0x21CB92A7U, 0x6873B7E5U, 0x520BB28CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
