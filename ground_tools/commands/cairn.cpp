@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "cairn 0.1.0");
   app.require_subcommand(1);
   cairn::ground::add_map_commands(app);
+  cairn::ground::add_fix_command(app);
   cairn::ground::add_run_command(app);
   cairn::ground::add_sim_command(app);
   cairn::ground::add_table_command(app);

@@ -14,6 +14,7 @@
 #include "cmap/cmap_file.hpp"
 #include "commands/commands.hpp"
 #include "commands/frame_range.hpp"
+#include "commands/number_list.hpp"
 #include "dataset/dataset.hpp"
 #include "plot/ortho_piece.hpp"
 #include "replay/replay.hpp"
@@ -50,22 +51,18 @@ double number(std::string_view text, const std::string& option, const std::strin
 }
 
 Pose3 parse_start(const std::string& text) {
-  const std::string mend = "give x,y,z,roll,pitch,yaw of the rover in the map (metres, degrees)";
-  const std::vector<std::string_view> parts = split(text, ',');
-  if (parts.size() != 6) throw ToolError("--start: {} values; {}", parts.size(), mend);
-  double v[6];
-  for (std::size_t i = 0; i < 6; ++i) v[i] = number(parts[i], "--start", mend);
+  const std::vector<double> v = parse_numbers(
+      text, 6, "--start", "give x,y,z,roll,pitch,yaw of the rover in the map (metres, degrees)");
   const Attitude attitude{v[5] * kRadPerDeg, v[4] * kRadPerDeg, v[3] * kRadPerDeg};
   return {quat_from_attitude(attitude), Vec3(v[0], v[1], v[2])};
 }
 
 /// Standard deviations of the start: metres, degrees.
 void parse_start_sigma(const std::string& text, ReplayOptions& out) {
-  const std::string mend = "give XY,YAW: what the start is uncertain by (metres, degrees)";
-  const std::vector<std::string_view> parts = split(text, ',');
-  if (parts.size() != 2) throw ToolError("--start-sigma: {} values; {}", parts.size(), mend);
-  out.start_sigma_xy_m = number(parts[0], "--start-sigma", mend);
-  out.start_sigma_yaw_rad = number(parts[1], "--start-sigma", mend) * kRadPerDeg;
+  const std::vector<double> v = parse_numbers(
+      text, 2, "--start-sigma", "give XY,YAW: what the start is uncertain by (metres, degrees)");
+  out.start_sigma_xy_m = v[0];
+  out.start_sigma_yaw_rad = v[1] * kRadPerDeg;
 }
 
 StepTrim parse_degrade(const std::string& text) {

@@ -56,6 +56,24 @@ std::string fix_status_name(std::uint8_t value) {
   return pick<kFixStatusCount>(names, value);
 }
 
+std::string map_fix_status_name(std::uint8_t value) {
+  static const char* const names[] = {"idle",
+                                      "running",
+                                      "accepted",
+                                      "no_map",
+                                      "no_map_boulders",
+                                      "no_local_boulders",
+                                      "no_search_room",
+                                      "no_hypothesis",
+                                      "inconsistent",
+                                      "too_little_evidence",
+                                      "ambiguous",
+                                      "chance_agreement",
+                                      "weak_geometry",
+                                      "bad_input"};
+  return pick<kMapFixStatusCount>(names, value);
+}
+
 std::string trust_name(std::uint8_t value) {
   static const char* const names[] = {"confirmed", "coasting", "unconfirmed", "lost"};
   return pick<kTrustStates>(names, value);
