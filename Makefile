@@ -111,7 +111,7 @@ DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohman
               libembree-dev libopenmpi-dev openmpi-bin
 DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev \
               qemu-user
-DEPS_CHECK := clang-format clang-tidy cppcheck python3 clang libclang-rt-dev
+DEPS_CHECK := clang-format clang-tidy cppcheck python3 clang libclang-rt-dev eslint
 install     = @platform/host/install.sh $(1)
 
 ##@ Goals
@@ -254,8 +254,8 @@ check: ## proofs of the flight library; floors, traces, names, layout, format; s
 icd: ## make the ICD's tables from the code: telemetry, telecommands, numbers of statuses
 	@$(CHECK)/icd.py --write
 
-fmt: ## format all C++ (clang-format)
-	clang-format -i $(CXX_FILES)
+fmt: ## format all C++ and JavaScript (clang-format)
+	clang-format -i $(CXX_FILES) $(filter %.js,$(PAGES))
 
 deps-build: ## install what building asks for and is missing (apt)
 	$(call install,$(DEPS_BUILD))
@@ -304,6 +304,10 @@ $(B)/ground_tools/%.o: ground_tools/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
+# Pages are files of their own in the program.
+PAGES     := $(wildcard $(addprefix ground_tools/*/*.,html css js))
+EMBEDDERS := $(shell grep -l '^CAIRN_EMBED' ground_tools/*/*.cpp)
+$(call obj,$(EMBEDDERS)): $(PAGES)
 # Loops over pixels, for vectors: -O2 of GCC 12 makes none of them.
 PIXEL_LOOPS := detect/row_kernels ortho/raster_source ortho/grey_range
 $(PIXEL_LOOPS:%=$(B)/ground_tools/%.o): GROUND += $(if $(SAN),,-O3)
@@ -452,7 +456,7 @@ FOLDERS     := $(wildcard fsw hal platform ground_tools unit_tests mission_cfg)
 CHECK        = python3 -B ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
-OF_TEXT     := floors trace names layout prose icd
+OF_TEXT     := floors trace names layout prose icd pages
 SELF_TESTS  := $(addprefix check-self-,$(PROOFS) warnings $(if $(BARE),,$(OF_TEXT) integration))
 CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
@@ -487,6 +491,8 @@ check-trace:
 	@$(CHECK)/trace.py
 check-names:
 	@$(CHECK)/names.py
+check-pages:
+	@$(CHECK)/pages.py $(PAGES)
 check-layout:
 	@$(CHECK)/layout.py
 check-icd:

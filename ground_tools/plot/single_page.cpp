@@ -1,5 +1,11 @@
 #include "plot/single_page.hpp"
 
+#include <map>
+
+CAIRN_EMBED(cairn_page_html, "ground_tools/plot/page.html");
+CAIRN_EMBED(cairn_page_css, "ground_tools/plot/page.css");
+CAIRN_EMBED(cairn_page_js, "ground_tools/plot/page.js");
+
 namespace cairn::ground {
 namespace {
 
@@ -18,27 +24,27 @@ std::string script_safe(const ordered_json& json) {
   return out;
 }
 
+/// Each {{name}} of the frame by its part. What a part holds is left as it is.
+std::string filled(const std::string& frame, const std::map<std::string, std::string>& parts) {
+  std::string out;
+  std::size_t at = 0;
+  for (std::size_t open = 0; (open = frame.find("{{", at)) != std::string::npos;) {
+    const std::size_t close = frame.find("}}", open);
+    out += frame.substr(at, open - at);
+    out += parts.at(frame.substr(open + 2, close - open - 2));
+    at = close + 2;
+  }
+  return out + frame.substr(at);
+}
+
 }  // namespace
 
-std::string single_page(const std::string& title, const std::string& style, const std::string& body,
-                        const ordered_json& data, const std::string& script) {
-  std::string page;
-  page +=
-      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; "
-      "style-src 'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>";
-  page += title;
-  page += "</title>\n<style>\n";
-  page += style;
-  page += "</style>\n</head>\n<body>\n";
-  page += body;
-  page += "<script type=\"application/json\" id=\"data\">";
-  page += script_safe(data);
-  page += "</script>\n<script>\n";
-  page += script;
-  page += "</script>\n</body>\n</html>\n";
-  return page;
+std::string single_page(const PageParts& parts, const ordered_json& data) {
+  return filled(cairn_page_html, {{"title", parts.title},
+                                  {"style", cairn_page_css + parts.style},
+                                  {"body", parts.body},
+                                  {"data", script_safe(data)},
+                                  {"script", cairn_page_js + parts.script}});
 }
 
 }  // namespace cairn::ground

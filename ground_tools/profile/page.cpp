@@ -5,6 +5,10 @@
 
 #include "plot/single_page.hpp"
 
+CAIRN_EMBED(cairn_profile_html, "ground_tools/profile/profile.html");
+CAIRN_EMBED(cairn_profile_css, "ground_tools/profile/profile.css");
+CAIRN_EMBED(cairn_profile_js, "ground_tools/profile/profile.js");
+
 namespace cairn::ground {
 namespace {
 
@@ -69,8 +73,7 @@ std::string profile_page(const Profile& p, const std::vector<JobReport>& jobs, c
                              {"jobs", job_list},
                              {"functions", functions},
                              {"nodes", nodes}};
-  return single_page("Cairn profile", std::string(kPageStyle) + kProfileStyle, kProfileBody, data,
-                     kProfileScript);
+  return single_page({"Cairn profile", cairn_profile_css, cairn_profile_html, cairn_profile_js}, data);
 }
 
 }  // namespace cairn::ground

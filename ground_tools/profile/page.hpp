@@ -13,9 +13,4 @@ namespace cairn::ground {
 std::string profile_page(const Profile& profile, const std::vector<JobReport>& jobs,
                          const std::string& target, double clock_mhz);
 
-/// Parts of the page (page_parts.cpp).
-extern const char* const kProfileStyle;
-extern const char* const kProfileBody;
-extern const char* const kProfileScript;
-
 }  // namespace cairn::ground

@@ -7,6 +7,14 @@
 
 #include "plot/single_page.hpp"
 
+CAIRN_EMBED(cairn_report_html, "ground_tools/report/report.html");
+CAIRN_EMBED(cairn_report_css, "ground_tools/report/report.css");
+CAIRN_EMBED(cairn_run_js, "ground_tools/report/run.js");
+CAIRN_EMBED(cairn_chart_js, "ground_tools/report/chart.js");
+CAIRN_EMBED(cairn_map_js, "ground_tools/report/map.js");
+CAIRN_EMBED(cairn_pictures_js, "ground_tools/report/pictures.js");
+CAIRN_EMBED(cairn_report_js, "ground_tools/report/report.js");
+
 namespace cairn::ground {
 namespace {
 
@@ -55,7 +63,9 @@ std::string report_page(std::vector<ordered_json> runs) {
     }
   }
   const ordered_json data = {{"runs", runs}, {"pictures", store.pictures()}};
-  return single_page("Cairn report", kPageStyle, kPageBody, data, kPageScript);
+  const std::string script =
+      std::string(cairn_run_js) + cairn_chart_js + cairn_map_js + cairn_pictures_js + cairn_report_js;
+  return single_page({"Cairn report", cairn_report_css, cairn_report_html, script}, data);
 }
 
 }  // namespace cairn::ground

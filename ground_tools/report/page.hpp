@@ -11,8 +11,4 @@ namespace cairn::ground {
 /// content-security policy in the page forbids it to load anything.
 std::string report_page(std::vector<nlohmann::ordered_json> runs);
 
-/// Parts of the page, the same for every report. The script finds its data in the element `data`.
-extern const char* const kPageBody;    ///< page_body.cpp
-extern const char* const kPageScript;  ///< page_script.cpp
-
 }  // namespace cairn::ground

@@ -164,7 +164,7 @@ ordered_json read_files(const fs::path& folder) {
     throw ToolError("{}: has {} frames, but summary.json tells of {}; run `cairn run` again",
                     (folder / "frames.csv").string(), frames.size(), count);
   }
-  run["frames"] = columns(frames, {"pose", "vo"},
+  run["frames"] = columns(frames, {"pose", "vo", "trust"},
                           {"frame", "inliers", "boulders", "vo_ops", "boulder_ops", "fix_ops", "vo_ms",
                            "boulder_ms", "fix_ms", "ms"});
   run["frames"]["distance_m"] = distances(truth, corrected);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ground_tools/browser.hpp"
 #include "ground_tools/program.hpp"
 #include "profile/budget.hpp"
 #include "profile/page.hpp"
@@ -137,6 +138,42 @@ void test_page_needs_nothing_else(void**) {
   assert_true(page.find("Localizer::step_vo") != std::string::npos);
 }
 
+const char* const kProbe = R"js((() => {
+  const all = (what) => [...document.querySelectorAll(what)];
+  const out = {
+    jobs: all('#jobs tbody tr').length, functions: all('#functions tbody tr').length, bars: all('#flame button').length,
+    legend: all('#legend .swatch').map((e) => getComputedStyle(e).backgroundColor),
+    sideways: document.documentElement.scrollWidth - innerWidth};
+  for (const e of all('button')) e.click();
+  for (const e of all('input')) {
+    e.value = 'step';
+    e.dispatchEvent(new Event('input'));
+  }
+  out.found = all('#functions tbody tr').length;
+  out.fault = document.getElementById('fault').hidden ? '' : document.getElementById('fault').textContent;
+  return out;
+})())js";
+
+nlohmann::json told;
+
+void test_in_a_browser(void**) {
+  if (test::browser().empty()) {
+    print_message("skipped: no browser is installed\n");
+    skip();
+  }
+  for (const bool dark : {false, true}) {
+    told =
+        test::ask_page(scratch, profile_page(profile, jobs, "board", 100.0), kProbe, dark ? 500 : 1280, dark);
+    print_message("%s\n", told.dump().c_str());
+    assert_true(told.at("fault") == "");
+    assert_true(told.at("jobs") == 2 && told.at("functions") == 5 && told.at("found") == 2);
+    assert_true(told.at("bars") >= 5 && told.at("sideways") <= 0);
+    // The colours of VO's path and of fixes, as the report has them.
+    assert_true(told.at("legend").at(0) == "rgb(213, 94, 0)" &&
+                told.at("legend").at(1) == "rgb(204, 121, 167)");
+  }
+}
+
 void refuse(const std::string& text, const char* word) {
   const auto path = scratch.file("bad.tsv", text);
   assert_refused(read_profile(path), word);
@@ -196,6 +233,7 @@ int main() {
       cmocka_unit_test(test_job_that_never_ran),
       cmocka_unit_test(test_tables),
       cmocka_unit_test(test_page_needs_nothing_else),
+      cmocka_unit_test(test_in_a_browser),
       cmocka_unit_test(test_refuses_bad_profiles),
       cmocka_unit_test(test_refuses_bad_budgets),
       cmocka_unit_test(test_command),

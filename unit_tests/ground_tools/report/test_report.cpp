@@ -10,7 +10,10 @@
 #include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "core/eigen.hpp"
+#include "ground_tools/browser.hpp"
 #include "ground_tools/program.hpp"
+#include "localizer/localizer.hpp"
+#include "replay/status_names.hpp"
 #include "report/run_folder.hpp"
 
 using namespace cairn;
@@ -39,6 +42,10 @@ ordered_json summary(const std::string& dataset) {
                  {"fixes", ordered_json::object()},
                  {"overruns", ordered_json::object()}};
   s["memory_bytes"] = {{"images", 1024}};
+  s["path_m"] = 1.0;
+  s["vo"] = {{"end_xy_m", 0.1}, {"largest_xy_m", 0.1}, {"end_3d_m", 0.1}, {"end_yaw_deg", 0.0}};
+  s["corrected"] = {{"end_xy_m", 0.03}, {"largest_xy_m", 0.03}, {"end_3d_m", 0.03}, {"end_yaw_deg", 0.1}};
+  s["largest_excess_over_vo_m"] = 0.0;
   return s;
 }
 
@@ -70,9 +77,9 @@ fs::path make_run(const std::string& name, const std::string& dataset = "drive")
       "x_m,y_m,diameter_m,area_m2,contrast,elongation\n0.81,0.1,0.2,0.03,0.3,1\n2,2,0.3,0.07,0.3,1\n");
   scratch.file(
       name + "/frames.csv",
-      "frame,stamp_s,pose,vo,inliers,boulders,vo_ops,boulder_ops,fix_ops,vo_ms,boulder_ms,fix_ms,ms\n"
-      "10,1,start,first_frame,0,0,5,6,0,1,2,0,3\n11,2,vo,motion,9,1,5,6,0,1,2,0,3\n"
-      "12,3,vo,motion,9,1,5,6,7,1,2,0.5,3.5\n");
+      "frame,stamp_s,pose,vo,trust,inliers,boulders,vo_ops,boulder_ops,fix_ops,vo_ms,boulder_ms,fix_ms,ms\n"
+      "10,1,start,first_frame,confirmed,0,0,5,6,0,1,2,0,3\n11,2,vo,motion,coasting,9,1,5,6,0,1,2,0,3\n"
+      "12,3,vo,motion,confirmed,9,1,5,6,7,1,2,0.5,3.5\n");
   scratch.file(
       name + "/fixes.csv",
       "frame,status,dx_m,dy_m,dyaw_deg,pairs,rms_m,trimmed,gated,local_boulders,map_boulders,sigma_x_m,"
@@ -141,13 +148,79 @@ void test_the_page_needs_nothing_else(void**) {
   assert_int_equal(count(page, "name=\"viewport\""), 1);
   assert_int_equal(count(page, "<script"), 2);
   assert_int_equal(count(page, "</script>"), 2);
-  // Each element that the script asks for by name is in the page.
-  const std::string script = kPageScript;
-  for (std::size_t at = script.find("el('"); at != std::string::npos; at = script.find("el('", at + 1)) {
-    const std::string id = script.substr(at + 4, script.find('\'', at + 4) - at - 4);
-    if (id != "larger" && std::string(kPageBody).find("id=\"" + id + "\"") == std::string::npos)
+  // Each element that the script asks for by name is in the page, or made by it.
+  int asked = 0;
+  for (std::size_t at = page.find("el('"); at != std::string::npos; at = page.find("el('", at + 1)) {
+    const std::string id = page.substr(at + 4, page.find('\'', at + 4) - at - 4);
+    if (count(page, "id=\"" + id + "\"") + count(page, "id: '" + id + "'") != 1)
       fail_msg("no element '%s' in the page", id.c_str());
+    ++asked;
   }
+  assert_at_least(asked, 20);
+}
+
+void test_every_status_has_words(void**) {
+  page = report_page({read_run_folder(make_run("words"))});
+  const auto check = [](const std::string& name) {
+    if (count(page, "\n      " + name + ": '") + count(page, "\n    " + name + ": '") == 0)
+      fail_msg("the page shows '%s' as it is", name.c_str());
+  };
+  // The first two of these, nothing yet and under way, are never an end.
+  for (std::uint8_t i = 2; i < kFixStatusCount; ++i) check(fix_status_name(i));
+  for (std::uint8_t i = 2; i < kVoStatusCount; ++i) check(vo_status_name(i));
+  for (std::uint8_t i = 0; i < kObserveStatusCount; ++i) check(observe_status_name(i));
+  for (std::uint8_t i = 0; i < kTrustStates; ++i) check(trust_name(i));
+}
+
+/// What a reader does: presses everything, once the page is drawn.
+const char* const kProbe = R"js((() => {
+  const all = (what) => [...document.querySelectorAll(what)];
+  const colour = (e, property) => getComputedStyle(e)[property];
+  const out = {
+    runs: all('#runs tbody tr').length, fixes: all('#fixes tbody tr').length, curves: all('#charts .curve').length,
+    pictures: all('#labels svg, #clusters svg, #regions svg').length, back: colour(document.body, 'backgroundColor'),
+    vo: [all('#charts .said i')[0], all('#work-charts .said i')[0]].map((e) => colour(e, 'borderTopColor')),
+    sideways: document.documentElement.scrollWidth - innerWidth};
+  const canvas = document.getElementById('map');
+  const pixels = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  out.colours = new Set(new Uint32Array(pixels.buffer)).size;
+  for (const e of all('#layers input, #show-points, #show-regions')) e.click();
+  for (const key of ['ArrowLeft', '+', '-', 'n', 'p', '0', 'Escape']) {
+    for (const e of all('canvas, .chart svg')) e.dispatchEvent(new KeyboardEvent('keydown', {key}));
+  }
+  for (const e of all('canvas, .chart svg')) {
+    e.dispatchEvent(new PointerEvent('pointermove', {clientX: 300, clientY: 300}));
+  }
+  for (const e of all('button')) e.click();
+  out.fault = document.getElementById('fault').hidden ? '' : document.getElementById('fault').textContent;
+  return out;
+})())js";
+
+nlohmann::json told;
+
+void test_in_a_browser(void**) {
+  if (test::browser().empty()) {
+    print_message("skipped: no browser is installed\n");
+    skip();
+  }
+  page = report_page({read_run_folder(make_run("seen")), read_run_folder(make_run("seen_too"))});
+  for (const bool dark : {false, true}) {
+    for (const int width_px : {1280, 500}) {
+      told = test::ask_page(scratch, page, kProbe, width_px, dark);
+      print_message("%s\n", told.dump().c_str());
+      assert_true(told.at("fault") == "");
+      assert_true(told.at("runs") == 2 && told.at("fixes") == 1 && told.at("curves") == 8);
+      assert_true(told.at("pictures") == 4 && told.at("sideways") <= 0 && told.at("colours") > 10);
+      assert_true(told.at("back") == (dark ? "rgb(20, 23, 27)" : "rgb(255, 255, 255)"));
+      assert_true(told.at("vo").at(0) == told.at("vo").at(1));  // a path, and the job that makes it
+      if (!dark) assert_true(told.at("vo").at(0) == "rgb(213, 94, 0)");
+    }
+  }
+  // A script that fails says so.
+  ordered_json broken = read_run_folder(make_run("seen"));
+  broken.erase("frames");
+  told = test::ask_page(scratch, report_page({broken}), "document.getElementById('fault').textContent", 800);
+  assert_true(told.get<std::string>().rfind("This page could not be drawn in full", 0) == 0);
 }
 
 void test_names_cannot_break_out(void**) {
@@ -337,6 +410,8 @@ int main() {
       cmocka_unit_test(test_what_is_read),
       cmocka_unit_test(test_without_truth_map_and_pictures),
       cmocka_unit_test(test_the_page_needs_nothing_else),
+      cmocka_unit_test(test_every_status_has_words),
+      cmocka_unit_test(test_in_a_browser),
       cmocka_unit_test(test_names_cannot_break_out),
       cmocka_unit_test(test_several_runs),
       cmocka_unit_test(test_missing_images),
