@@ -453,11 +453,12 @@ run-tests:
 
 CXX_FILES    = $(shell git ls-files '*.cpp' '*.hpp' 2>/dev/null || find $(FOLDERS) -name '*.[ch]pp')
 FOLDERS     := $(wildcard fsw hal platform ground_tools unit_tests mission_cfg)
-CHECK        = python3 -B ground_tools/checks
+# Python's own library alone (-S), as on a machine where nothing was added to it.
+CHECK        = python3 -B -S ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
 OF_TEXT     := floors trace names layout prose icd pages
-SELF_TESTS  := $(addprefix check-self-,$(PROOFS) warnings $(if $(BARE),,$(OF_TEXT) integration))
+SELF_TESTS  := $(addprefix check-self-,$(PROOFS) flags $(if $(BARE),,$(OF_TEXT) integration))
 CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
 # An image is proved with the library where there is one that is not older.
@@ -467,12 +468,12 @@ DEFINES      = $(filter -D% -I%,$(INC))
 
 # Violations planted on purpose, compiled for the target, must be seen.
 $(SELF_TESTS): check-self-%:
-	@$(CHECK)/$*.py $(if $(filter $*,$(PROOFS) warnings),$(TOOLS)) $(SELF_$*) --self-test
+	@$(CHECK)/$*.py $(if $(filter $*,$(PROOFS) flags),$(TOOLS)) $(SELF_$*) --self-test
 SELF_isa     = --machine '$(ELF_MACHINE)'
-SELF_warnings = $(SELF_isa)
+SELF_flags   = $(SELF_isa)
 SELF_memory  = --link '$(CXX) $(CPU)'
-check-floors:
-	@$(CHECK)/floors.py
+$(OF_TEXT:%=check-%): check-%:
+	@$(CHECK)/$*.py $(if $(filter pages,$*),$(PAGES))
 check-symbols: $(FSW_LIB)
 	@$(CHECK)/symbols.py $(TOOLS) --needs '$(FLIGHT_NEEDS)' $(FSW_LIB)
 check-stack: $(FSW_LIB) $(B)/figures.o
@@ -487,16 +488,6 @@ $(B)/libcairn.map: $(FSW_LIB)
 $(B)/figures.o: ground_tools/checks/figures.cpp
 	@mkdir -p $(@D)
 	$(Q)$(CXX) $(CPU) $(COMMON) -c $< -o $@
-check-trace:
-	@$(CHECK)/trace.py
-check-names:
-	@$(CHECK)/names.py
-check-pages:
-	@$(CHECK)/pages.py $(PAGES)
-check-layout:
-	@$(CHECK)/layout.py
-check-icd:
-	@$(CHECK)/icd.py
 check-format:
 	@clang-format --dry-run -Werror $(CXX_FILES) && echo 'format: all files as clang-format has them'
 # arrayIndexThenCheck takes a tie broken by index for a bound.

@@ -2,7 +2,7 @@
 """Warnings of flight code: a violation of each is compiled as flight code is, and must be an error. So a flag that is dropped
 from the Makefile is noticed.
 
-usage: warnings.py [TOOLS] --machine MACHINE --self-test
+usage: flags.py [TOOLS] --machine MACHINE --self-test
 """
 import subprocess
 import sys
@@ -51,7 +51,7 @@ def self_test(given):
                 fault = faults_of(compiler, workshop, source, flag)
                 assert fault is None, (flag, fault)
                 seen += 1
-    print(f"warnings: self-test passed ({seen} planted violations seen)")
+    print(f"flags: self-test passed ({seen} planted violations seen)")
 
 
 def main(arguments):
