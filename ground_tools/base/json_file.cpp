@@ -12,4 +12,8 @@ nlohmann::ordered_json read_json(const std::filesystem::path& path, const char* 
   return json;
 }
 
+std::string to_text(const nlohmann::ordered_json& object) {
+  return object.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace cairn::ground

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/json_file.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "commands/cmd_map.hpp"
@@ -11,9 +12,7 @@
 
 namespace cairn::ground {
 
-void print_json(const Json& object) {
-  fmt::print("{}\n", object.dump(2, ' ', false, Json::error_handler_t::replace));
-}
+void print_json(const Json& object) { fmt::print("{}", to_text(object)); }
 
 Json to_json(const MapExtent& e) {
   return {{"min_x_m", e.min_x_m}, {"min_y_m", e.min_y_m}, {"max_x_m", e.max_x_m}, {"max_y_m", e.max_y_m}};

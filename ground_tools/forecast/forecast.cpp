@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "app/flight_app.hpp"
-#include "forecast/pair_count.hpp"
+#include "base/event_count.hpp"
 #include "forecast/unmapped.hpp"
 
 namespace cairn::ground {

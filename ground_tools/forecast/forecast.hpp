@@ -6,7 +6,7 @@
 /// 1. Boulder i of the map in the footprint is found with q_i = c_i d(D_i) (forecast/detection.hpp). Whatever
 ///    else the rover takes for a boulder lies within the gate of it with f = 1 - exp(-clutter pi gate^2). So
 ///    it is paired with p_i = 1 - (1 - q_i) (1 - f).
-/// 2. The number of pairs N is Poisson-binomial (forecast/pair_count.hpp). The flight module drops its worst
+/// 2. The number of pairs N is Poisson-binomial (base/event_count.hpp). The flight module drops its worst
 ///    share of them and asks for min_pairs of the rest: there are enough where N >= fewest_pairs(), and where
 ///    the right pairs' expected lever is as long as it asks for. The fix is applied where there are enough
 ///    and the error before it is within the first gate (`caught`): farther off,

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/json_file.hpp"
 #include "plot/ortho_piece.hpp"
 #include "plot/svg_plot.hpp"
 #include "replay/status_names.hpp"
@@ -176,8 +177,7 @@ Results::~Results() {
 void Results::write(const RunTitle& title, const Replay& replay, const RunErrors& errors,
                     const PictureRecorder& pictures) {
   const Box box = surroundings(replay);
-  const std::string summary =
-      summary_json(title, replay, errors).dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  const std::string summary = to_text(summary_json(title, replay, errors));
   const std::string texts[] = {to_tum(replay.vo),
                                to_tum(replay.corrected),
                                to_tum(replay.truth),

@@ -168,10 +168,10 @@ ordered_json read_files(const fs::path& folder) {
                           {"frame", "inliers", "boulders", "vo_ops", "boulder_ops", "fix_ops", "vo_ms",
                            "boulder_ms", "fix_ms", "ms"});
   run["frames"]["distance_m"] = distances(truth, corrected);
-  run["fixes"] =
-      columns(read_table(folder / "fixes.csv"), {"status"},
-              {"frame", "dx_m", "dy_m", "dyaw_deg", "pairs", "rms_m", "trimmed", "gated", "local_boulders",
-               "map_boulders", "sigma_x_m", "sigma_y_m", "correlation_xy", "sigma_yaw_deg"});
+  run["fixes"] = columns(
+      read_table(folder / "fixes.csv"), {"status"},
+      {"frame", "snapshot", "dx_m", "dy_m", "dyaw_deg", "pairs", "rms_m", "trimmed", "gated",
+       "local_boulders", "map_boulders", "sigma_x_m", "sigma_y_m", "correlation_xy", "sigma_yaw_deg"});
   place_fixes(run, folder / "fixes.csv", truth, corrected);
   run["ground"] = columns(read_table(folder / "boulders.csv"), {}, {"id", "x", "y", "size", "sightings"});
   run["orbital"] = columns(read_table(folder / "orbital.csv"), {}, {"x_m", "y_m", "diameter_m"});

@@ -1,5 +1,5 @@
 // How many of some events happen, against counting every outcome; the detection curve and its fit.
-#include "forecast/pair_count.hpp"
+#include "base/event_count.hpp"
 
 #include <cmath>
 
@@ -48,10 +48,18 @@ void test_counts_against_every_outcome(void**) {
         p, [](std::uint32_t, double probability, std::size_t events) { expected[events] += probability; });
     double tail = 0.0;
     for (std::size_t k = n + 2; k-- > 0;) {
+      assert_near(at_most(p, k), 1.0 - tail, 1e-14);
       tail += expected[k];
       assert_near(at_least(p, k), tail, 1e-14);
     }
   }
+}
+
+/// What hardly ever happens keeps its digits.
+void test_small_tails(void**) {
+  const std::vector<double> p(20, 0.99);
+  assert_near(at_most(p, 0) / 1e-40, 1.0, 1e-12);
+  assert_near(at_most(p, 1) / (20.0 * 0.99 * 1e-38 + 1e-40), 1.0, 1e-12);
 }
 
 void test_conditions_against_every_outcome(void**) {
@@ -200,6 +208,7 @@ void test_what_a_coarse_map_leaves_out(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_counts_against_every_outcome),
+      cmocka_unit_test(test_small_tails),
       cmocka_unit_test(test_conditions_against_every_outcome),
       cmocka_unit_test(test_far_tails_keep_their_digits),
       cmocka_unit_test(test_curve),

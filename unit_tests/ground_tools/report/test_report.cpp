@@ -82,8 +82,8 @@ fs::path make_run(const std::string& name, const std::string& dataset = "drive")
       "12,3,vo,motion,confirmed,9,1,5,6,7,1,2,0.5,3.5\n");
   scratch.file(
       name + "/fixes.csv",
-      "frame,status,dx_m,dy_m,dyaw_deg,pairs,rms_m,trimmed,gated,local_boulders,map_boulders,sigma_x_m,"
-      "sigma_y_m,correlation_xy,sigma_yaw_deg\n12,applied,0,0.03,0.1,4,0.02,1,0,5,9,0.03,0.02,-0.5,0.4\n");
+      "frame,status,snapshot,dx_m,dy_m,dyaw_deg,pairs,rms_m,trimmed,gated,local_boulders,map_boulders,sigma_x_m,"
+      "sigma_y_m,correlation_xy,sigma_yaw_deg\n12,applied,2,0,0.03,0.1,4,0.02,1,0,5,9,0.03,0.02,-0.5,0.4\n");
   const ordered_json pictures = {{"ortho", {{"low_m", {-1, -1}}, {"high_m", {2, 2}}, {"jpeg", "QUJD"}}},
                                  {"stride", 4},
                                  {"strips", {{picture()}}}};
@@ -403,6 +403,27 @@ void test_the_program(void**) {
   assert_false(fs::exists(scratch.path("late.html")));
 }
 
+/// The same words on stdout and in summary.json; what is wrong with the forecast leaves both as they were.
+void test_beside_a_forecast(void**) {
+  const std::string one = make_run("forecast").string();
+  const std::string before = text_of(scratch.path("forecast/summary.json"));
+  check_refused(one + " --forecast " + scratch.path("none.csv").string(), "none.csv");
+  check_refused(one + " --forecast " + scratch.file("bad.csv", "arc_m\n1\n").string(), "p_applied");
+  assert_true(text_of(scratch.path("forecast/summary.json")) == before);
+  assert_false(fs::exists(scratch.path("forecast/report.html")));
+  const std::string csv = scratch.file("good.csv", "arc_m,p_applied\n0.5,0.75\n").string();
+  assert_int_equal(cairn("report " + one + " --forecast " + csv), 0);
+  run = ordered_json::parse(text_of(scratch.path("forecast/summary.json")));
+  const ordered_json& f = run.at("forecast");
+  assert_true(f.at("tried") == 1 && f.at("observed") == 1 && f.at("expected") == 0.75);
+  assert_true(f.at("probability_of_so_few") == 1.0 && f.at("likely_wrong") == false);
+  assert_true(text_of(scratch.path("stdout")).rfind("forecast: " + f.at("words").get<std::string>(), 0) == 0);
+  page = text_of(scratch.path("forecast/report.html"));
+  assert_true(embedded(page).at("runs").at(0).at("summary").at("forecast") == f);
+  run.erase("forecast");
+  assert_true(run == ordered_json::parse(before));
+}
+
 }  // namespace
 
 int main() {
@@ -420,6 +441,7 @@ int main() {
       cmocka_unit_test(test_files_that_disagree),
       cmocka_unit_test(test_a_run_of_the_sample),
       cmocka_unit_test(test_the_program),
+      cmocka_unit_test(test_beside_a_forecast),
   };
   return cmocka_run_group_tests_name("ground_tools/report/report", tests, nullptr, nullptr);
 }

@@ -12,6 +12,9 @@ namespace cairn::ground {
 /// P(at least `least` events). Asks for probabilities in [0, 1]. Cost n `least`.
 double at_least(const std::vector<double>& probabilities, std::size_t least);
 
+/// P(at most `most` events), with all its digits however small it is. The same cost.
+double at_most(const std::vector<double>& probabilities, std::size_t most);
+
 /// Of each event, the probability that it happened, given that at least `least` did; 0 where that cannot be.
 /// Cost n^2 `least`.
 std::vector<double> given_at_least(const std::vector<double>& probabilities, std::size_t least);
