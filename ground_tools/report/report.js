@@ -14,7 +14,10 @@
     ['end_yaw_deg', 'end,<br>yaw', 2], ['end_rotation_deg', 'end,<br>rotation', 2]
   ];
 
+  const anyTruth = data.runs.some((r) => r.errors);
+
   function showRuns() {
+    const withTruth = (cells) => (anyTruth ? cells : []);
     const results = (part) => kResults.map(([key, , digits]) => number(part && part[key], digits));
     const heads = kResults.map(([, text]) => text);
     const tall = (text, as) => ({text, class: as, rowspan: 2});
@@ -24,17 +27,19 @@
       const vo = Run.voWords(s) + (s.variant === 'paper' ? ', the paper\u2019s variant' : '');
       return row([
         words(data.runs.length > 1 ? link({'data-run': i}, esc(r.name)) : esc(r.name)),
-        words(esc(Run.mapWords(s)), 'wrap'), words(esc(vo), 'wrap'), number(s.path_m, 1), ...results(s.vo),
-        ...results(s.corrected), used, r.fixes.status.length - used, r.ground.id.length
+        words(esc(Run.mapWords(s)), 'wrap'), words(esc(vo), 'wrap'),
+        ...withTruth([number(s.path_m, 1), ...results(s.vo), ...results(s.corrected)]), used,
+        r.fixes.status.length - used, r.ground.id.length
       ]);
     };
     el('runs').innerHTML = table(
         [
           [
-            tall('run', 'words'), tall('map', 'words'), tall('VO', 'words'), tall('driven,<br>m'),
-            wide('VO alone', 5), wide('corrected', 5), wide('fixes', 2), tall('boulders<br>found')
+            tall('run', 'words'), tall('map', 'words'), tall('VO', 'words'),
+            ...withTruth([tall('driven,<br>m'), wide('VO alone', 5), wide('corrected', 5)]), wide('fixes', 2),
+            tall('boulders<br>found')
           ],
-          [...heads, ...heads, 'used', 'not']
+          [...withTruth([...heads, ...heads]), 'used', 'not']
         ],
         data.runs.map(one));
     onEach('runs', '[data-run]', (b) => choose(+b.dataset.run));
@@ -55,7 +60,7 @@
       number(f.distance_m[i], 1), words(esc(Run.verdict(f.status[i])), 'wrap'), f.pairs[i], f.trimmed[i],
       f.gated[i], number(f.rms_m[i], 3), pair(f.sigma_x_m[i], f.sigma_y_m[i]),
       used ? pair(f.dx_m[i], f.dy_m[i]) : '\u2013', used ? number(f.dyaw_deg[i], 2) : '\u2013',
-      number(f.before_m[i], 3), number(f.after_m[i], 3), words(judged())
+      ...(run.errors ? [number(f.before_m[i], 3), number(f.after_m[i], 3), words(judged())] : [])
     ]);
   }
 
@@ -68,7 +73,7 @@
         [
           'frame', 'driven,<br>m', words('verdict'), 'pairs', 'rejected<br>as worst', 'without<br>partner',
           'remains,<br>m', 'sigma<br>x, y, m', 'moved by<br>x, y, m', 'turned,<br>degrees',
-          'error<br>before, m', 'error<br>after, m', ''
+          ...(run.errors ? ['error<br>before, m', 'error<br>after, m', ''] : [])
         ],
         run.fixes.frame.map((frame, i) => fixRow(run, i)));
     onEach('fixes', '[data-fix]', (b) => {
@@ -146,11 +151,7 @@
   function showErrors(run) {
     const box = el('charts');
     box.innerHTML = '';
-    if (!run.errors) {
-      box.innerHTML =
-          tag('p', {class: 'note'}, 'The data set has no true path, so there are no errors to draw.');
-      return;
-    }
+    if (!run.errors) return;
     const marks = run.fixes.distance_m.filter((d, i) => Run.isUsed(run, i));
     const pick = run.errors.distance_m.length === run.frames.frame.length ? DriveMap.pointAt : null;
     for (const [key, title] of kErrors) {
@@ -201,6 +202,14 @@
   }
 
   // ---- all of it ----
+  function showForecast(run) {
+    const forecast = run.summary.forecast, note = el('forecast-words');
+    note.hidden = !forecast;
+    if (!forecast) return;
+    note.textContent = forecast.words;
+    note.classList.toggle('wrong', forecast.likely_wrong);
+  }
+
   function choose(i) {
     const run = data.runs[i], several = data.runs.length > 1;
     el('run').value = i;
@@ -208,6 +217,9 @@
         .querySelectorAll('tbody tr')
         .forEach((r, k) => r.classList.toggle('chosen', several && k === i));
     el('lead').textContent = Run.lead(run);
+    showForecast(run);
+    document.querySelectorAll('.truth').forEach((e) => (e.hidden = !run.errors));
+    document.querySelectorAll('.no-truth').forEach((e) => (e.hidden = Boolean(run.errors)));
     el('errors-words').textContent = Run.errors(run);
     DriveMap.show(run);
     showErrors(run);
@@ -222,6 +234,7 @@
   el('run').innerHTML = data.runs.map((r, i) => tag('option', {value: i}, esc(r.name))).join('');
   el('run').addEventListener('change', (e) => choose(+e.target.value));
   el('chooser').hidden = data.runs.length < 2;
+  document.querySelectorAll('.any-truth').forEach((e) => (e.hidden = !anyTruth));
   showRuns();
   showTogether();
   choose(0);

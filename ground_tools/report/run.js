@@ -72,9 +72,11 @@ const Run = (() => {
         'No fix was tried.' :
         `${used(run)} of ${tries} tries to correct the position by boulders were used.`;
     if (!run.errors) {
-      return `${s.frames} stereo pairs of ${
-                 file(s.dataset)}. The true path is not known, so no error can be told. ` +
-          fixes;
+      const unknown = s.forecast ?
+          '' :
+          ' Nothing here tells how far off these positions are. A forecast of the drive (cairn report ' +
+              '--forecast) tells whether so few fixes were to be expected of the right map and start.';
+      return `${s.frames} stereo pairs of ${file(s.dataset)}. ${fixes}${unknown}`;
     }
     return `The rover drove ${number(s.path_m, 1)} m and took ${
                s.frames} stereo pairs. By visual odometry alone` +

@@ -223,6 +223,40 @@ void test_in_a_browser(void**) {
   assert_true(told.get<std::string>().rfind("This page could not be drawn in full", 0) == 0);
 }
 
+/// A page without truth speaks of none, and says what a forecast says.
+void test_without_truth_in_a_browser(void**) {
+  if (test::browser().empty()) {
+    print_message("skipped: no browser is installed\n");
+    skip();
+  }
+  const char* const words = "document.body.innerText";
+  make_run("untold");
+  const std::string none = "# stamp tx ty tz qx qy qz qw\n";
+  scratch.file("untold/truth.tum", none);
+  ordered_json s = summary("drive");
+  for (const char* key : {"path_m", "vo", "corrected", "largest_excess_over_vo_m"}) s.erase(key);
+  scratch.file("untold/summary.json", s.dump());
+  static std::string text;
+  text = test::ask_page(scratch, report_page({read_run_folder(scratch.path("untold"))}), words, 1000);
+  for (const char* word : {"true path", "truly", "truth", "error before"}) {
+    if (text.find(word) != std::string::npos) fail_msg("the page without truth has '%s'", word);
+  }
+  assert_true(text.find("cairn report --forecast") != std::string::npos);
+  s["forecast"] = {{"likely_wrong", true}, {"words", "The map or the start is likely wrong."}};
+  scratch.file("untold/summary.json", s.dump());
+  const ordered_json untold = read_run_folder(scratch.path("untold"));
+  text = test::ask_page(scratch, report_page({untold}), words, 1000);
+  assert_true(text.find("The map or the start is likely wrong.") != std::string::npos);
+  assert_true(text.find("cairn report --forecast") == std::string::npos);
+  // With truth in another run it is spoken of there alone.
+  page = report_page({read_run_folder(make_run("told")), untold});
+  text = test::ask_page(scratch, page, words, 1000);
+  assert_true(text.find("truly went") != std::string::npos);
+  const std::string other = "(el => { el.value = 1; el.dispatchEvent(new Event('change')); return ";
+  text = test::ask_page(scratch, page, other + words + "; })(document.getElementById('run'))", 1000);
+  assert_true(text.find("truly went") == std::string::npos);
+}
+
 void test_names_cannot_break_out(void**) {
   const std::string evil = "</script><script>alert(1)</script>&\"'<!--";
   page = report_page({read_run_folder(make_run("evil <&\" name", evil))});
@@ -433,6 +467,7 @@ int main() {
       cmocka_unit_test(test_the_page_needs_nothing_else),
       cmocka_unit_test(test_every_status_has_words),
       cmocka_unit_test(test_in_a_browser),
+      cmocka_unit_test(test_without_truth_in_a_browser),
       cmocka_unit_test(test_names_cannot_break_out),
       cmocka_unit_test(test_several_runs),
       cmocka_unit_test(test_missing_images),
