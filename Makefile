@@ -182,7 +182,7 @@ profile: ## model cycles of each job on the emulated processor against its budge
 	@build/host/cairn profile $(B)/profile/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(B)/profile \
 	  $(CLOCK_MHZ:%=--clock %)
 
-fuzz: ## fuzz map reader, chunks and deltas with sanitizers (RUNS=10000000 executions); findings are in build/fuzz
+fuzz: ## fuzz the readers and the whole module with sanitizers (RUNS=10000000 executions); findings are in build/fuzz
 	$(call ready,check,$(FUZZERS))
 	@unit_tests/fuzz/run.sh $(RUNS) 20 build/fuzz/found $(FUZZERS)
 
@@ -428,22 +428,34 @@ $(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
 # ---- fuzzing: flight code by clang, with libFuzzer and the sanitizers, whatever TARGET is --------------------------
 FUZZ_CXX     := clang++
 FUZZ_FLAGS   := -std=c++17 -O1 -g1 -ffp-contract=off -MMD -MP -Wall -Wextra -Werror -Ifsw -Imission_cfg \
-                -Imission_cfg/paper -I. $(EIGEN) -Iunit_tests -fsanitize=fuzzer-no-link,address,undefined \
-                -fno-sanitize-recover=all
+                -I. $(EIGEN) -Iunit_tests -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
 FUZZ_SRC     := $(sort $(wildcard fsw/orbital_map/*.cpp fsw/core/*.cpp)) \
                 $(addprefix fsw/app/,packet.cpp telecommand.cpp telemetry.cpp) platform/host/assert_handler.cpp
 FUZZERS      := $(patsubst unit_tests/fuzz/%.cpp,build/fuzz/%,$(sort $(wildcard unit_tests/fuzz/fuzz_*.cpp)))
+READERS      := $(filter-out %/fuzz_app,$(FUZZERS))
 RUNS         ?= 10000000
 FUZZ_SHORT   := 50000
 build/fuzz/obj/%.o: %.cpp
 	@mkdir -p $(@D)
 	$(call say,FUZZ,$<)
-	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -c $< -o $@
-$(FUZZERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(patsubst %.cpp,build/fuzz/obj/%.o,$(FUZZ_SRC))
+	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -Imission_cfg/paper -c $< -o $@
+# The whole module, small, so that millions of drives are thinkable. What works on pixels is fast, and does not lead the
+# fuzzer: it would gather pictures instead of commands.
+OF_PIXELS    := features image labeling segmentation vo
+build/fuzz/small/%.o: %.cpp
+	@mkdir -p $(@D)
+	$(call say,FUZZ,$<)
+	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -Iunit_tests/fuzz/app_mission \
+	  $(if $(filter $(OF_PIXELS:%=fsw/%/),$(dir $<)),-O2 -fno-sanitize=fuzzer-no-link) -c $< -o $@
+build/fuzz/fuzz_app: $(patsubst %.cpp,build/fuzz/small/%.o,unit_tests/fuzz/fuzz_app.cpp \
+                       $(sort $(wildcard fsw/*/*.cpp)) platform/host/assert_handler.cpp)
+$(READERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(patsubst %.cpp,build/fuzz/obj/%.o,$(FUZZ_SRC))
+$(FUZZERS):
 	$(Q)$(FUZZ_CXX) -fsanitize=fuzzer,address,undefined $^ -o $@
 check-fuzz: $(FUZZERS)
 	@rm -rf build/fuzz/short
-	@unit_tests/fuzz/run.sh $$(($(FUZZ_SHORT) * $(words $(FUZZERS)))) 1 build/fuzz/short $(FUZZERS)
+	@unit_tests/fuzz/run.sh $$(($(FUZZ_SHORT) * $(words $(READERS)))) 1 build/fuzz/short $(READERS)
+	@unit_tests/fuzz/run.sh $$(($(FUZZ_SHORT) / 5)) 1 build/fuzz/short build/fuzz/fuzz_app
 
 # ---- tests and checks ----------------------------------------------------------------------------------------------
 # All are built and run even where one fails; then the goal fails.
