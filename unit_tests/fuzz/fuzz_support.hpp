@@ -82,7 +82,7 @@ inline void repair_map(std::uint8_t* map, std::size_t size) {
     for (std::uint32_t tile = 0; tile < shape.tiles(); ++tile) {
       const std::uint32_t begin = offset(tile);
       const std::uint32_t end = offset(tile + 1);
-      if (end > payloads || end < begin + cmap::kCrcBytes) continue;
+      if (end > payloads || begin > end || end - begin < cmap::kCrcBytes) continue;
       std::uint8_t* payload = map + shape.payloads_at() + begin;
       const std::size_t coded = end - begin - cmap::kCrcBytes;
       std::uint8_t number[4];
