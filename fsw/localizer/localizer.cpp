@@ -217,9 +217,8 @@ void Localizer::set_map(const OrbitalMap& map) {
 void Localizer::begin_fix() {
   tracks_.forget(health_.frames);
   tracks_.build(local_map_);
-  // A search of the whole map goes on, unless there is much more to be looked for by now.
-  if (fix_.status == FixStatus::kRunning && fix_.lost && 2 * local_map_.size() < 3U * fix_.local_boulders)
-    return;
+  // One that isn't done goes on, unless it looks far and wide and there is much more to be looked for by now.
+  if (goes_on() && !(map_fix_.lost() && 2 * local_map_.size() >= 3U * fix_.local_boulders)) return;
   fix_ = {};
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
@@ -261,6 +260,12 @@ void Localizer::begin_map_fix() {
   if (status != MapFixStatus::kRunning) finish_fix(fix_status(status));
 }
 
+/// In the next major frame: the result is of its snapshot, whenever it comes.
+bool Localizer::goes_on() const {
+  return fix_.status == FixStatus::kRunning && params_.correction == CorrectionMode::kWeighted &&
+         map_fix_.status() == MapFixStatus::kRunning;
+}
+
 Progress Localizer::step_fix(WorkBudget& budget) {
   if (fix_.status != FixStatus::kRunning) return Progress::kDone;
   return params_.correction == CorrectionMode::kWeighted ? map_fix_.step(budget) : icp_.step(budget);
@@ -268,9 +273,8 @@ Progress Localizer::step_fix(WorkBudget& budget) {
 
 void Localizer::apply_fix() {
   if (fix_.status != FixStatus::kRunning) return;
+  if (goes_on()) return;
   const bool weighted = params_.correction == CorrectionMode::kWeighted;
-  if (weighted && fix_.lost && map_fix_.status() == MapFixStatus::kRunning)
-    return;  // goes on in the next major frame
   const Pose2 before = planar(T_map_rover());
   const FixStatus status = weighted ? take_map_fix() : take_registration();
   const Pose2 after = planar(T_map_rover());

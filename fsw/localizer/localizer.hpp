@@ -20,8 +20,10 @@
 /// makes the early path worse than plain VO.
 ///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
-/// to 1, it is looked for in the whole map. That takes as many frames as it takes, while the rover drives on;
-/// the record stays kRunning until then.
+/// to 1, it is looked for in the whole map.
+///
+/// A search takes as many frames as it takes, while the rover drives on; the record stays kRunning until
+/// then, and the correction is of the frame that the search began with. Only the paper's ICP can be late.
 #pragma once
 
 #include <array>
@@ -104,7 +106,7 @@ enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
   kIterationLimit,
   kBeyondLimit,
   kBadInput,
-  kLate,               ///< not finished in its time: overrun
+  kLate,               ///< the paper's ICP did not finish in its time, or the map was changed
   kInconsistent,       ///< farther off than sigma allows (pose_fusion.hpp)
   kNoSearchRoom,       ///< the map holds more boulders there than there is room for
   kNoHypothesis,       ///< no pose in reach agrees at all
@@ -213,6 +215,7 @@ class Localizer {
   void begin_map_fix();       ///< ... with search and verdict
   FixStatus take_registration();
   FixStatus take_map_fix();
+  bool goes_on() const;
   void weigh_against(FixStatus status);
   void turn_about(const Vec2& pivot_map_m, const Pose2& correction);
   double fresh_share() const;

@@ -128,7 +128,7 @@ bool PoseSearchJob::next_pair() {
   const int differences = n / 2;
   if (result_.pairs >= params_.max_pairs || step_d_ >= differences) return false;
   // 7919 is a prime beyond any number of differences: each comes once.
-  const int d = 1 + static_cast<int>((static_cast<std::int64_t>(step_d_) * 7919) % differences);
+  const int d = 1 + step_d_ * 7919 % differences;
   i_ = static_cast<std::uint16_t>(step_i_);
   j_ = static_cast<std::uint16_t>((step_i_ + d) % n);
   const bool twice = 2 * d == n && 2 * step_i_ >= n;

@@ -485,6 +485,7 @@ void test_starts_that_are_off(void**) {
 
 void test_late_fix(void**) {
   LocalizerParams params;
+  params.correction = CorrectionMode::kWhole;
   params.tracks.min_sightings = 1;
   begin(params);
   run(0, 3);
@@ -499,6 +500,27 @@ void test_late_fix(void**) {
   localizer.apply_fix();  // closed: nothing more to apply
   assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], 1);
   assert_status(fix(localizer), FixStatus::kApplied);
+}
+
+/// A search that isn't done at the correction is neither lost nor begun anew, and its fix is of its snapshot.
+void test_fix_goes_on(void**) {
+  LocalizerParams params;
+  params.tracks.min_sightings = 1;
+  begin(params);
+  run(0, 6);
+  localizer.begin_fix();
+  const std::uint32_t snapshot = localizer.last_fix().frame;
+  WorkBudget tiny(1);
+  assert_status(localizer.step_fix(tiny), Progress::kMore);
+  const Pose3 before = localizer.T_map_cam();
+  localizer.apply_fix();
+  assert_status(localizer.last_fix().status, FixStatus::kRunning);
+  assert_near((localizer.T_map_cam().t - before.t).norm(), 0.0, 0.0);
+  run(6, 9);
+  assert_status(fix(localizer), FixStatus::kApplied);
+  assert_int_equal(localizer.last_fix().frame, snapshot);
+  assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], 0);
+  assert_at_most(error_m(8), 0.05);
 }
 
 /// Boulders that left the window are in no local map, though none were seen since.
@@ -636,6 +658,7 @@ int main() {
       cmocka_unit_test(test_another_places_map),
       cmocka_unit_test(test_starts_that_are_off),
       cmocka_unit_test(test_late_fix),
+      cmocka_unit_test(test_fix_goes_on),
       cmocka_unit_test(test_local_map_forgets_over_empty_ground),
       cmocka_unit_test(test_slices_give_the_same),
   };
