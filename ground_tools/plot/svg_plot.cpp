@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
+#include <set>
 
 #include "base/tool_error.hpp"
 #include "plot/axes.hpp"
@@ -150,6 +152,13 @@ void draw_map(Svg& svg, const Panel& panel, const ReplayPlot& plot, double magni
   draw_axes(svg, panel, step, step, "x, east (m)", "y, north (m)");
 }
 
+/// Colours of trust, from good to bad.
+const char* colour_of_trust(const std::string& state) {
+  if (state == "confirmed") return "#009E73";
+  if (state == "coasting") return "#56B4E9";
+  return state == "lost" ? "#B00020" : "#E69F00";
+}
+
 /// Entries of what is there, from (x, y) downwards.
 void draw_legend(Svg& svg, double x, double y, const ReplayPlot& plot, double magnification) {
   const auto entry = [&](bool there, const std::string& words, const std::function<void(double)>& draw) {
@@ -188,7 +197,44 @@ void draw_legend(Svg& svg, double x, double y, const ReplayPlot& plot, double ma
     svg.text(x + 40.0, y - 5.0, R"(class="tick")", fmt::format("(drawn {:.0f} times longer)", magnification));
     y += 14.0;
   }
-  entry(any(false), "fix refused", diamond(false));
+  const auto bar = [&](const char* colour, double opacity, double height) {
+    return [&svg, x, colour, opacity, height](double at) {
+      svg.add(R"(<rect x="{:.1f}" y="{:.1f}" width="30" height="{}" fill="{}" fill-opacity="{}"/>)", x,
+              at - 0.5 * height, height, colour, opacity);
+    };
+  };
+  entry(!plot.three_sigma.empty(), "3 sigma, as claimed", bar(kCorrected, 0.15, 14.0));
+  std::set<std::string> states;
+  for (const PlotTrust& t : plot.trust) states.insert(t.state);
+  for (const std::string& state : states) entry(true, "pose " + state, bar(colour_of_trust(state), 1.0, 6.0));
+  entry(any(false), "fix refused:", diamond(false));
+  std::map<std::string, int> refused;
+  for (const PlotFix& fix : plot.fixes) refused[fix.verdict] += fix.used ? 0 : 1;
+  for (const auto& [verdict, times] : refused) {
+    if (times == 0 || verdict.empty()) continue;
+    svg.text(x + 40.0, y - 5.0, R"(class="tick")", fmt::format("{} {}", times, verdict));
+    y += 16.0;
+  }
+}
+
+/// The claim, behind the curves; what is above the panel is cut off.
+void draw_band(Svg& svg, const Panel& panel, const std::vector<ErrorSample>& three_sigma) {
+  if (three_sigma.empty()) return;
+  std::string points = fmt::format("{:.1f},{:.1f}", panel.px(three_sigma.front().distance_m), panel.bottom());
+  for (const ErrorSample& s : three_sigma) {
+    points += fmt::format(" {:.1f},{:.1f}", panel.px(s.distance_m),
+                          panel.py(std::min(s.xy_m, panel.box.high_m.y())));
+  }
+  points += fmt::format(" {:.1f},{:.1f}", panel.px(three_sigma.back().distance_m), panel.bottom());
+  svg.add(R"(<polygon class="band" points="{}" fill="{}" fill-opacity="0.15"/>)", points, kCorrected);
+}
+
+void draw_trust(Svg& svg, const Panel& panel, const std::vector<PlotTrust>& trust) {
+  for (const PlotTrust& t : trust) {
+    const double from = panel.px(t.from_m);
+    svg.add(R"(<rect class="trust" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="6" fill="{}"/>)", from,
+            panel.bottom() - 6.0, std::max(1.0, panel.px(t.to_m) - from), colour_of_trust(t.state));
+  }
 }
 
 void draw_curve_end(Svg& svg, const Panel& panel, const ErrorSample& end, const char* colour, double y) {
@@ -205,9 +251,13 @@ void draw_errors(Svg& svg, Panel panel, const ReplayPlot& plot) {
       most = std::max(most, s.xy_m);
     }
   }
+  double claimed = 0.0;
+  for (const ErrorSample& s : plot.three_sigma) claimed = std::max(claimed, s.xy_m);
+  most = std::max(most, std::min(claimed, 2.5 * most));  // the band's edge, where there is room for it
   const double step_x = nice_step(far, 10);
   const double step_y = nice_step(1.05 * most, 5);
   panel.box = {Vec2(0.0, 0.0), Vec2(far, step_y * std::ceil(1.05 * most / step_y))};
+  draw_band(svg, panel, plot.three_sigma);
   draw_grid(svg, panel, step_x, step_y);
   for (const PlotFix& fix : plot.fixes) {
     if (!fix.used || fix.distance_m > far) continue;
@@ -216,6 +266,7 @@ void draw_errors(Svg& svg, Panel panel, const ReplayPlot& plot) {
   }
   svg.path(in_pixels(panel, plot.vo_error), kVo, 2.4, R"(stroke-dasharray="9 4")");
   svg.path(in_pixels(panel, plot.corrected_error), kCorrected, 2.4, "");
+  draw_trust(svg, panel, plot.trust);
   draw_axes(svg, panel, step_x, step_y, "distance along the true path (m)", "error in x, y (m)");
 
   // Each curve's last value stands beside its end; two that are close are pushed apart.

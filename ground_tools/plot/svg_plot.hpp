@@ -21,11 +21,19 @@ struct PlotFix {
   Vec2 correction_m = Vec2(0.0, 0.0);
   double distance_m = 0.0;  ///< along the path, for the lower panel
   bool used = true;         ///< false: computed, and refused
+  std::string verdict;      ///< what became of it
 };
 
 struct ErrorSample {
   double distance_m = 0.0;
   double xy_m = 0.0;
+};
+
+/// A stretch of the drive over which the pose was trusted alike.
+struct PlotTrust {
+  double from_m = 0.0;
+  double to_m = 0.0;
+  std::string state;  ///< confirmed, coasting, unconfirmed or lost
 };
 
 /// What to draw. Every list may be empty; what is absent is left out of the legend too.
@@ -42,6 +50,9 @@ struct ReplayPlot {
   std::vector<PlotFix> fixes;
   std::vector<ErrorSample> vo_error;  ///< the lower panel is drawn where one of these has samples
   std::vector<ErrorSample> corrected_error;
+  std::vector<ErrorSample>
+      three_sigma;               ///< a band behind them: what the corrected error is claimed to be below
+  std::vector<PlotTrust> trust;  ///< a strip along the lower panel's foot
 };
 
 /// The whole picture as one SVG text; the piece of orthoimage is inside it. The view is the paths with a

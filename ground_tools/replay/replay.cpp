@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "base/tool_error.hpp"
@@ -67,6 +68,32 @@ void run_frame(std::uint32_t slice_ops, ReplayFrame& times) {
       before[t] = ops[t];
     }
     times.seconds += seconds;
+  }
+}
+
+void append_pairs(const Localizer& localizer, std::uint32_t frame, std::vector<FixPair>& pairs) {
+  const double sigma_m = EvidenceParams().sigma_pair_m;
+  const std::size_t first = pairs.size();
+  const auto length = [](const FixPair& p) { return (p.seen_map_m - p.map_m).norm(); };
+  MapBoulders near;
+  for (const LocalBoulder& b : localizer.local_map()) {
+    FixPair pair;
+    pair.frame = frame;
+    pair.seen_map_m = localizer.T_map_site() * b.p_site_m;
+    near.clear();
+    static_cast<void>(localizer.map().window(
+        pair.seen_map_m, 3.0 * std::hypot(sigma_m, static_cast<double>(b.sigma_m)), near));
+    if (near.empty()) continue;
+    pair.map_m = std::min_element(near.begin(), near.end(), [&](const MapBoulder& a, const MapBoulder& c) {
+                   return (a.p_map_m - pair.seen_map_m).norm() < (c.p_map_m - pair.seen_map_m).norm();
+                 })->p_map_m;
+    const auto rival = std::find_if(pairs.begin() + static_cast<std::ptrdiff_t>(first), pairs.end(),
+                                    [&](const FixPair& p) { return p.map_m == pair.map_m; });
+    if (rival == pairs.end()) {
+      pairs.push_back(pair);
+    } else if (length(pair) < length(*rival)) {
+      *rival = pair;
+    }
   }
 }
 
@@ -151,8 +178,13 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
     const std::size_t before = replay.frames.size();
     ReplayFrame times;
     run_frame(options.slice_ops, times);
-    if (replay.fixes.size() > replay.fix_covariance_m2.size())
-      replay.fix_covariance_m2.push_back(app::root.localizer().fusion().covariance().topLeftCorner<2, 2>());
+    if (replay.fixes.size() > replay.fix_covariance_m2.size()) {
+      const Localizer& localizer = app::root.localizer();
+      replay.fix_covariance_m2.push_back(localizer.fusion().covariance().topLeftCorner<2, 2>());
+      const app::FixReport& fix = replay.fixes.back();
+      if (fix.status == static_cast<std::uint8_t>(FixStatus::kApplied))
+        append_pairs(localizer, fix.number, replay.pairs);
+    }
     if (replay.frames.size() > before) {
       ReplayFrame& done = replay.frames.back();
       times.index = i;

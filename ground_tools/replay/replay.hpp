@@ -23,6 +23,15 @@ struct ReplayFrame {
   double task_seconds[cfg::kTaskCount] = {};
 };
 
+/// A ground boulder and the map's that it goes with, once a fix was applied: as the corrected pose lays the
+/// local map, the nearest within three sigmas, and each of the map's with its nearest. The verdict itself has
+/// no pairs, but weights.
+struct FixPair {
+  std::uint32_t frame = 0;  ///< number of the stereo pair at which the fix was applied
+  Vec2 seen_map_m = Vec2(0.0, 0.0);
+  Vec2 map_m = Vec2(0.0, 0.0);
+};
+
 struct ReplayOptions {
   LocalizerParams params;
   std::vector<std::uint8_t> map;      ///< `.cmap` bytes; empty: VO alone
@@ -42,6 +51,7 @@ struct Replay {
   std::vector<ReplayFrame> frames;
   std::vector<app::FixReport> fixes;
   std::vector<Mat2> fix_covariance_m2;                   ///< of x, y after each fix; not in telemetry
+  std::vector<FixPair> pairs;                            ///< of applied fixes; not in telemetry either
   std::map<std::uint32_t, app::BoulderReport> boulders;  ///< the last report of each
   LocalizerHealth health;
   app::ExecutiveCounts executive;

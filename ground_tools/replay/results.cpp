@@ -17,8 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-constexpr std::array kNames = {"vo.tum",    "corrected.tum", "truth.tum",    "boulders.csv",  "orbital.csv",
-                               "fixes.csv", "frames.csv",    "summary.json", "pictures.json", "plot.svg"};
+constexpr std::array kNames = {"vo.tum",       "corrected.tum", "truth.tum",  "boulders.csv",
+                               "orbital.csv",  "fixes.csv",     "frames.csv", "pairs.csv",
+                               "summary.json", "pictures.json", "plot.svg"};
 
 bool is_there(const fs::path& path) {
   std::error_code ignored;
@@ -82,6 +83,15 @@ std::string frames_csv(const Replay& replay) {
   return text;
 }
 
+std::string pairs_csv(const Replay& replay) {
+  std::string text = "frame,x_m,y_m,map_x_m,map_y_m\n";
+  for (const FixPair& p : replay.pairs) {
+    text += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f}\n", p.frame, p.seen_map_m.x(), p.seen_map_m.y(),
+                        p.map_m.x(), p.map_m.y());
+  }
+  return text;
+}
+
 /// The paths with a margin that shows what the rover saw beside them.
 Box surroundings(const Replay& replay) {
   Box box{Vec2::Constant(1.0e300), Vec2::Constant(-1.0e300)};
@@ -128,6 +138,20 @@ std::vector<Vec2> flat(const Trajectory& trajectory) {
   return path;
 }
 
+/// What the flight module says of its own pose, frame by frame, where there is an error to stand beside it.
+void add_claims(const Replay& replay, const TrajectoryErrors& corrected, ReplayPlot& plot) {
+  if (corrected.poses.size() != replay.frames.size()) return;
+  for (std::size_t k = 0; k < replay.frames.size(); ++k) {
+    const app::FrameReport& r = replay.frames[k].report;
+    const double distance_m = corrected.poses[k].distance_m;
+    plot.three_sigma.push_back({distance_m, 3.0 * static_cast<double>(r.sigma_xy_m)});
+    const std::string trust = trust_name(r.trust);
+    if (plot.trust.empty() || plot.trust.back().state != trust)
+      plot.trust.push_back({distance_m, distance_m, trust});
+    plot.trust.back().to_m = distance_m;
+  }
+}
+
 ReplayPlot plot_of(const RunTitle& title, const Replay& replay, const RunErrors& errors) {
   const auto& [vo, corrected] = errors;
   ReplayPlot plot;
@@ -145,6 +169,7 @@ ReplayPlot plot_of(const RunTitle& title, const Replay& replay, const RunErrors&
                     vo->path_m, vo->end.xy_m, corrected->end.xy_m, corrected->largest_xy.xy_m);
     for (const PoseError& e : vo->poses) plot.vo_error.push_back({e.distance_m, e.xy_m});
     for (const PoseError& e : corrected->poses) plot.corrected_error.push_back({e.distance_m, e.xy_m});
+    add_claims(replay, *corrected, plot);
   }
   for (const app::FixReport& f : replay.fixes) {
     const auto at = std::find_if(replay.frames.begin(), replay.frames.end(),
@@ -154,6 +179,7 @@ ReplayPlot plot_of(const RunTitle& title, const Replay& replay, const RunErrors&
     fix.correction_m = Vec2(f.dx_m, f.dy_m);
     fix.p_map_m = Vec2(at->report.T_map_cam.t.x(), at->report.T_map_cam.t.y()) - fix.correction_m;
     fix.used = f.status == static_cast<std::uint8_t>(FixStatus::kApplied);
+    fix.verdict = fix_status_name(f.status);
     const auto k = static_cast<std::size_t>(at - replay.frames.begin());
     if (corrected && k < corrected->poses.size()) fix.distance_m = corrected->poses[k].distance_m;
     plot.fixes.push_back(fix);
@@ -185,6 +211,7 @@ void Results::write(const RunTitle& title, const Replay& replay, const RunErrors
                                orbital_csv(title, box),
                                fixes_csv(replay),
                                frames_csv(replay),
+                               pairs_csv(replay),
                                summary,
                                pictures_json(title, box, pictures),
                                render_svg(plot_of(title, replay, errors))};

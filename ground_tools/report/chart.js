@@ -16,8 +16,10 @@ const Chart = (() => {
 
   const kHeight = 220, kLeft = 50, kRight = 12, kTop = 10, kBottom = 40;
 
-  /// what: {title, digits, x, xName, series: [{name, colour, dash, x, y}], marks: [x]}; a series without x
-  /// has that of all. pick(i) is told which point is pointed at, -1 for none.
+  /// what: {title, digits, x, xName, series: [{name, colour, dash, x, y}], marks: [x],
+  /// band: {name, x, y, both}, spans: [{name, colour, from, to}]}; a series without x has that of all. A band
+  /// is shaded from 0 up, or to both sides, as far as there is room for it; spans are a strip at the foot.
+  /// pick(i) is told which point is pointed at, -1 for none.
   function draw(parent, what, pick) {
     const figure = document.createElement('figure');
     figure.className = 'chart';
@@ -33,6 +35,12 @@ const Chart = (() => {
       low = s.y.reduce((m, v) => (v < m ? v : m), low);
       high = s.y.reduce((m, v) => (v > m ? v : m), high);
     }
+    if (what.band) {
+      const most = what.band.y.reduce((m, v) => Math.max(m, v), 0);
+      const edge = Math.min(most, 2.5 * Math.max(high, -low));
+      high = Math.max(high, edge);
+      if (what.band.both) low = Math.min(low, -edge);
+    }
     if (high - low < 1e-9) high = low + 1;
     const stepY = niceStep((high - low) * 1.05, 4);
     low = Math.floor(low / stepY + 1e-9) * stepY;
@@ -47,7 +55,12 @@ const Chart = (() => {
           tag('i', {class: s.dash ? 'dashed' : '', style: `border-color:${s.colour}`}) + esc(s.name);
       const value = (s) => (at < 0 || !s.y.length ? '' : `: <b>${number(clamped(at, s.y), what.digits)}</b>`);
       const place = at < 0 ? '' : tag('span', {}, `at ${number(clamped(at, xs[0]), 1)} m`);
-      said.innerHTML = what.series.map((s) => tag('span', {}, key(s) + value(s))).join('') + place;
+      const plate = (name, as, style) => tag('span', {}, tag('i', {class: as, style}) + esc(name));
+      const band = what.band ? plate(what.band.name, 'band', '') : '';
+      const states = new Map((what.spans || []).map((s) => [s.name, s.colour]));
+      const strip = [...states].map(([name, c]) => plate(name, '', `border-color:${c}`)).join('');
+      said.innerHTML =
+          what.series.map((s) => tag('span', {}, key(s) + value(s))).join('') + band + strip + place;
     }
 
     function hair() {
@@ -72,6 +85,23 @@ const Chart = (() => {
         out += text(px(x), kHeight - kBottom + 17, 'middle', number(x, decimals(stepX)));
       }
       out += text((kLeft + width - kRight) / 2, kHeight - 5, 'middle', esc(what.xName));
+      if (what.band) {
+        const {x, y, both} = what.band;
+        const edge = (sign) => y.map(
+            (v, i) => `${px(x[i]).toFixed(1)},${py(Math.max(low, Math.min(sign * v, high))).toFixed(1)}`);
+        const points = [...edge(1), ...edge(both ? -1 : 0).reverse()].join(' ');
+        out += tag('polygon', {class: 'band', points});
+      }
+      out += (what.spans || [])
+                 .map((s) => tag('rect', {
+                        class: 'span',
+                        x: px(s.from),
+                        y: kHeight - kBottom - 5,
+                        width: Math.max(1, px(s.to) - px(s.from)),
+                        height: 5,
+                        style: `fill:${s.colour}`
+                      }))
+                 .join('');
       out += (what.marks || []).map((x) => upright(px(x), 'fixline')).join('');
       what.series.forEach((s, k) => {
         const points = s.y.map((v, i) => `${px(xs[k][i]).toFixed(1)},${py(v).toFixed(1)}`).join(' ');

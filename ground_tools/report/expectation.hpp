@@ -1,11 +1,11 @@
-/// What a forecast promised of a drive, beside what came: without truth the only thing that tells of a wrong map.
+/// What a forecast promised of a drive, beside what came: without truth nothing else tells of a wrong map.
 ///
-/// Each fix that the run tried has the probability of the forecast's station nearest to it, in distance driven
-/// (VO's, which a wrong fix does not change); one farther from all stations than they are from one another is
-/// beyond the forecast, and not counted. The number of fixes applied is then Poisson-binomial
-/// (base/event_count.hpp), and P(as few, or fewer) tells how often a drive with the right map and start has so
-/// few. That takes the fixes as independent; drives on which the rover finds fewer boulders than usual have
-/// fewer altogether, so that small probabilities are larger in truth, and the limit is one in a thousand.
+/// Each fix that the run tried has the probability of the forecast's station nearest to it, in distance
+/// driven (VO's, which a wrong fix does not change); one farther from all stations than they are from one
+/// another is beyond the forecast, and not counted. The number of fixes applied is then Poisson-binomial
+/// (base/event_count.hpp), and P(as few, or fewer) tells how often a drive with the right map and start has
+/// so few. That takes the fixes as independent; drives on which the rover finds fewer boulders than usual
+/// have fewer altogether: small probabilities are larger in truth, and the limit is one in a thousand.
 #pragma once
 
 #include <filesystem>

@@ -9,7 +9,8 @@ const DriveMap = (() => {
   const kLayers = [
     ['ortho', 'orbital image'], ['orbital', 'boulder of the map'], ['ground', 'boulder seen by the rover'],
     ['truth', 'true path'], ['vo', 'VO alone'], ['corrected', 'corrected'],
-    ['fixes', 'fix (hollow: not used)'], ['ellipses', 'uncertainty after it (1 sigma)']
+    ['pairs', 'boulders paired by a fix'], ['fixes', 'fix (hollow: not used)'],
+    ['ellipses', 'uncertainty after it (1 sigma)']
   ];
   const kLarger = [1, 2, 5, 10, 20, 50];
   const kTwoPi = 2 * Math.PI;
@@ -116,6 +117,15 @@ const DriveMap = (() => {
     });
   }
 
+  /// From each ground boulder to the map's that it goes with, as they lay once the fix was applied.
+  function drawPairs() {
+    const p = run.pairs;
+    p.frame.forEach((frame, i) => {
+      trace([[px(p.x_m[i]), py(p.y_m[i])], [px(p.map_x_m[i]), py(p.map_y_m[i])]]);
+      stroke(['#fff', 4], [kFixEdge, 2]);
+    });
+  }
+
   /// Half axes (m) of a fix's uncertainty, and the direction of the longer one.
   function ellipseOf(i) {
     const f = run.fixes, sx = f.sigma_x_m[i], sy = f.sigma_y_m[i];
@@ -191,6 +201,7 @@ const DriveMap = (() => {
         stroke(['#fff', 1]);
       });
     }
+    if (on.pairs) drawPairs();
     if (on.truth) drawPath(run.paths.truth, kTruth, 6, []);
     if (on.vo) drawPath(run.paths.vo, kVo, 2.2, [8, 4]);
     if (on.corrected) drawPath(run.paths.corrected, kCorrected, 2.2, []);
@@ -398,6 +409,8 @@ const DriveMap = (() => {
       truth: () => line(kTruth, 5),
       vo: () => line(kVo, 2.4, '7 3'),
       corrected: () => line(kCorrected, 2.4),
+      pairs: () => disc({r: 3, cx: 9, fill: kSeen}) + disc({r: 4, cx: 21, fill: 'none', stroke: kMapped}) +
+          line(kFixEdge, 1.6),
       fixes: () => tag('path', {d: 'M15 2l6 7-6 7-6-7z', fill: kFix, stroke: '#fff'}),
       ellipses: () => tag('ellipse', {
         cx: 15,
@@ -422,6 +435,7 @@ const DriveMap = (() => {
       truth: run.paths.truth.length,
       vo: true,
       corrected: true,
+      pairs: run.pairs.frame.length,
       fixes: run.fixes.frame.length,
       ellipses: run.fixes.status.includes('applied'),
     };

@@ -57,8 +57,10 @@
     };
     return row([
       link({'data-fix': i, 'aria-label': `Show the fix of frame ${frame} on the map`}, frame),
-      number(f.distance_m[i], 1), words(esc(Run.verdict(f.status[i])), 'wrap'), f.pairs[i], f.trimmed[i],
-      f.gated[i], number(f.rms_m[i], 3), pair(f.sigma_x_m[i], f.sigma_y_m[i]),
+      number(f.distance_m[i], 1),
+      words(esc(Run.verdict(f.status[i]) + (f.lost[i] ? '; looked for in the whole map' : '')), 'wrap'),
+      f.pairs[i], f.trimmed[i], f.gated[i], number(f.rms_m[i], 3), pair(f.sigma_x_m[i], f.sigma_y_m[i]),
+      number(f.log_ratio[i], 1), f.second_log_ratio[i] > -1000 ? number(f.second_log_ratio[i], 1) : '\u2013',
       used ? pair(f.dx_m[i], f.dy_m[i]) : '\u2013', used ? number(f.dyaw_deg[i], 2) : '\u2013',
       ...(run.errors ? [number(f.before_m[i], 3), number(f.after_m[i], 3), words(judged())] : [])
     ]);
@@ -72,8 +74,8 @@
     el('fixes').innerHTML = table(
         [
           'frame', 'driven,<br>m', words('verdict'), 'pairs', 'rejected<br>as worst', 'without<br>partner',
-          'remains,<br>m', 'sigma<br>x, y, m', 'moved by<br>x, y, m', 'turned,<br>degrees',
-          ...(run.errors ? ['error<br>before, m', 'error<br>after, m', ''] : [])
+          'remains,<br>m', 'sigma<br>x, y, m', 'evidence,<br>nats', 'second<br>best', 'moved by<br>x, y, m',
+          'turned,<br>degrees', ...(run.errors ? ['error<br>before, m', 'error<br>after, m', ''] : [])
         ],
         run.fixes.frame.map((frame, i) => fixRow(run, i)));
     onEach('fixes', '[data-fix]', (b) => {
@@ -148,18 +150,50 @@
     ['yaw_deg', 'Heading (yaw) error, degrees'], ['rotation_deg', 'Whole rotation error, degrees']
   ];
 
+  /// What the flight module says of its own pose: all that there is without truth.
+  function showClaims(run) {
+    const box = el('claim-charts'), f = run.frames;
+    box.innerHTML = '';
+    if (run.errors || !f.frame.length) return;
+    const marks = run.fixes.distance_m.filter((d, i) => Run.isUsed(run, i));
+    for (const [key, title] of [
+             ['sigma_xy_m', 'Position in x and y: 3 sigma, m'],
+             ['sigma_yaw_deg', 'Heading (yaw): 3 sigma, degrees']]) {
+      const series = [{name: '3 sigma', colour: 'var(--corrected)', y: f[key].map((v) => 3 * v)}];
+      Chart.draw(
+          box, {title, digits: 3, x: f.distance_m, xName: kDriven, marks, series, spans: Run.trustSpans(run)},
+          DriveMap.pointAt);
+    }
+  }
+
   function showErrors(run) {
     const box = el('charts');
     box.innerHTML = '';
     if (!run.errors) return;
-    const marks = run.fixes.distance_m.filter((d, i) => Run.isUsed(run, i));
+    const marks = run.fixes.distance_m.filter((d, i) => Run.isUsed(run, i)), f = run.frames;
+    const claims = {
+      xy_m: {name: '3 sigma, as claimed', x: f.distance_m, y: f.sigma_xy_m.map((v) => 3 * v)},
+      yaw_deg:
+          {name: '3 sigma, as claimed', x: f.distance_m, y: f.sigma_yaw_deg.map((v) => 3 * v), both: true}
+    };
     const pick = run.errors.distance_m.length === run.frames.frame.length ? DriveMap.pointAt : null;
     for (const [key, title] of kErrors) {
       const series = [
         {name: 'VO alone', colour: 'var(--vo)', dash: '8 4', y: run.errors.vo[key]},
         {name: 'corrected', colour: 'var(--corrected)', y: run.errors.corrected[key]}
       ];
-      Chart.draw(box, {title, digits: 3, x: run.errors.distance_m, xName: kDriven, marks, series}, pick);
+      Chart.draw(
+          box, {
+            title,
+            digits: 3,
+            x: run.errors.distance_m,
+            xName: kDriven,
+            marks,
+            series,
+            band: claims[key],
+            spans: Run.trustSpans(run)
+          },
+          pick);
     }
   }
 
@@ -223,6 +257,7 @@
     el('errors-words').textContent = Run.errors(run);
     DriveMap.show(run);
     showErrors(run);
+    showClaims(run);
     Pictures.show(run);
     showFixes(run);
     showWork(run);

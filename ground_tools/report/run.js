@@ -66,6 +66,20 @@ const Run = (() => {
   };
   const voWords = (s) => (s.degrade ? `worsened on purpose: ${s.degrade.replace(/,/g, ', ')}` : 'as it is');
 
+  /// Stretches over which the pose was trusted alike.
+  function trustSpans(run) {
+    const spans = [], f = run.frames;
+    f.trust.forEach((name, i) => {
+      const last = spans[spans.length - 1], at = f.distance_m[i];
+      if (last && last.name === name) {
+        last.to = at;
+      } else {
+        spans.push({name, from: at, to: at, colour: `var(--trust-${name})`});
+      }
+    });
+    return spans;
+  }
+
   function lead(run) {
     const s = run.summary, tries = run.fixes.status.length;
     const fixes = tries === 0 ?
@@ -104,5 +118,5 @@ const Run = (() => {
         `mission ${s.mission}, variant ${s.variant}. Written by cairn report.`;
   }
 
-  return {status, verdict, isUsed, used, jpeg, mapWords, voWords, lead, errors, origin};
+  return {trustSpans, status, verdict, isUsed, used, jpeg, mapWords, voWords, lead, errors, origin};
 })();

@@ -165,14 +165,15 @@ ordered_json read_files(const fs::path& folder) {
                     (folder / "frames.csv").string(), frames.size(), count);
   }
   run["frames"] = columns(frames, {"pose", "vo", "trust"},
-                          {"frame", "inliers", "boulders", "vo_ops", "boulder_ops", "fix_ops", "vo_ms",
-                           "boulder_ms", "fix_ms", "ms"});
+                          {"frame", "inliers", "boulders", "sigma_xy_m", "sigma_yaw_deg", "vo_ops",
+                           "boulder_ops", "fix_ops", "vo_ms", "boulder_ms", "fix_ms", "ms"});
   run["frames"]["distance_m"] = distances(truth, corrected);
-  run["fixes"] = columns(
-      read_table(folder / "fixes.csv"), {"status"},
-      {"frame", "snapshot", "dx_m", "dy_m", "dyaw_deg", "pairs", "rms_m", "trimmed", "gated",
-       "local_boulders", "map_boulders", "sigma_x_m", "sigma_y_m", "correlation_xy", "sigma_yaw_deg"});
+  run["fixes"] = columns(read_table(folder / "fixes.csv"), {"status"},
+                         {"frame", "snapshot", "dx_m", "dy_m", "dyaw_deg", "pairs", "rms_m", "trimmed",
+                          "gated", "local_boulders", "map_boulders", "sigma_x_m", "sigma_y_m",
+                          "correlation_xy", "sigma_yaw_deg", "lost", "log_ratio", "second_log_ratio"});
   place_fixes(run, folder / "fixes.csv", truth, corrected);
+  run["pairs"] = columns(read_table(folder / "pairs.csv"), {}, {"frame", "x_m", "y_m", "map_x_m", "map_y_m"});
   run["ground"] = columns(read_table(folder / "boulders.csv"), {}, {"id", "x", "y", "size", "sightings"});
   run["orbital"] = columns(read_table(folder / "orbital.csv"), {}, {"x_m", "y_m", "diameter_m"});
   for (const char* key : {"ortho", "stride", "strips"}) run[key] = pictures.at(key);

@@ -16,6 +16,7 @@ namespace cairn::ground {
 ///              one without truth)
 ///   fixes      the columns of fixes.csv, and of each: distance_m; x_m, y_m (corrected camera);
 ///              before_m, after_m (error in x, y; null without truth)
+///   pairs      {frame, x_m, y_m, map_x_m, map_y_m} of applied fixes
 ///   ground     {id, x, y, size, sightings}; orbital {x_m, y_m, diameter_m}
 ///   ortho, stride, strips    pictures.json
 ///

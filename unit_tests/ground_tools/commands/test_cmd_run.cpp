@@ -1,5 +1,5 @@
 // The program `cairn run` itself: each bad input ends in one line on stderr that names it and the mend, exit
-// code 1 and no file; a good run leaves its ten files and nothing else.
+// code 1 and no file; a good run leaves its eleven files and nothing else.
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -75,11 +75,12 @@ void test_good_runs(void**) {
         std::string(" --start -1.5,-2,0,0,0,-90 --no-map --frames 1: --degrade scale=1.02,yaw=-0.1deg/m")}) {
     const int code = cairn("run" + set() + out() + arguments);
     if (code != 0 || !errors.empty()) fail_msg("%s: %d, %s", arguments.c_str(), code, errors.c_str());
-    for (const char* name : {"vo.tum", "corrected.tum", "truth.tum", "boulders.csv", "orbital.csv",
-                             "fixes.csv", "frames.csv", "summary.json", "pictures.json", "plot.svg"}) {
+    for (const char* name :
+         {"vo.tum", "corrected.tum", "truth.tum", "boulders.csv", "orbital.csv", "fixes.csv", "frames.csv",
+          "pairs.csv", "summary.json", "pictures.json", "plot.svg"}) {
       assert_true(fs::file_size(scratch.path("out") / name) > 0);
     }
-    assert_int_equal(files_in(scratch.path("out")), 10);
+    assert_int_equal(files_in(scratch.path("out")), 11);
   }
   fs::remove_all(scratch.path("out"));
 }

@@ -65,13 +65,33 @@ void test_everything(void**) {
   plot.corrected_error = {{0.0, 0.0}, {1.0, 0.01}};
   plot.orbital = {{Vec2(0.5, 0.5), 0.3}, {Vec2(500.0, 0.5), 0.3}};  // the second lies outside the view
   plot.ground = {{Vec2(0.5, 0.4), 0.2}};
-  plot.fixes = {{Vec2(0.3, 0.06), Vec2(0.0, -0.02), 0.3, true},
-                {Vec2(0.6, 0.06), Vec2(0.0, 3.0), 0.6, false}};
+  plot.fixes = {{Vec2(0.3, 0.06), Vec2(0.0, -0.02), 0.3, true, "applied"},
+                {Vec2(0.6, 0.06), Vec2(0.0, 3.0), 0.6, false, "ambiguous"}};
   svg = render_svg(plot);
   assert_true(has("corrected") && has("orbital boulder") && has("ground boulder"));
-  assert_true(has("fix, and its correction") && has("fix refused"));
+  assert_true(has("fix, and its correction") && has("fix refused") && has("1 ambiguous"));
   assert_true(has("0.200 m at the end") && has("0.010 m at the end"));
   assert_int_equal(count("<circle"), 2 + 3);  // two boulders in view; three circles in the legend
+}
+
+/// The claim stands behind the error, cut off where it is far larger; trust is told along the foot.
+void test_claims(void**) {
+  static ReplayPlot plot;
+  plot = straight_drive();
+  svg = render_svg(plot);
+  assert_false(has("class=\"band\"") || has("class=\"trust\"") || has("3 sigma"));
+  plot.three_sigma = {{0.0, 0.1}, {0.5, 0.3}, {1.0, 1.0e5}};
+  plot.trust = {{0.0, 0.4, "confirmed"}, {0.4, 0.5, "lost"}, {0.5, 1.0, "confirmed"}};
+  svg = render_svg(plot);
+  assert_int_equal(count("class=\"band\""), 1);
+  assert_int_equal(count("class=\"trust\""), 3);
+  assert_true(has("3 sigma") && count("pose confirmed") == 1 && count("pose lost") == 1);
+  assert_false(has("pose coasting"));
+  // The panel: errors to 0.2 m, the claim to 2.5 times that; 1e5 m is at its upper edge.
+  const std::size_t at = svg.find("points=\"", svg.find("class=\"band\"")) + 8;
+  static std::string points;
+  points = svg.substr(at, svg.find('"', at) - at);
+  assert_true(points.find('-') == std::string::npos && points.find('e') == std::string::npos);
 }
 
 // The view is 3 m wide (1 m of drive, 1 m of margin on each side) on 900 pixels from x = 70, and 2.2 m high
@@ -130,6 +150,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_only_what_is_there),
       cmocka_unit_test(test_everything),
+      cmocka_unit_test(test_claims),
       cmocka_unit_test(test_positions),
       cmocka_unit_test(test_orthoimage),
       cmocka_unit_test(test_piece_is_whole_pixels),

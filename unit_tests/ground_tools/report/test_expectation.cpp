@@ -58,7 +58,7 @@ void test_the_limit(void**) {
   assert_false(expectation_of(surer, tries(3, 1)).likely_wrong());
 }
 
-/// Each fix is held against the station nearest to it; where the drive ended early, the others are not missed.
+/// Each fix is held against the station nearest to it; stations that the drive did not reach do not count.
 void test_which_station(void**) {
   static std::vector<double> p;
   p = {0.1, 0.9, 0.2, 0.8};

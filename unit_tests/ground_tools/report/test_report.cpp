@@ -71,19 +71,20 @@ fs::path make_run(const std::string& name, const std::string& dataset = "drive")
   scratch.file(name + "/vo.tum", tum(0.1));
   scratch.file(name + "/corrected.tum", tum(0.03));
   scratch.file(name + "/summary.json", summary(dataset).dump());
+  scratch.file(name + "/pairs.csv", "frame,x_m,y_m,map_x_m,map_y_m\n12,0.8,0.1,0.81,0.1\n");
   scratch.file(name + "/boulders.csv", "id,x,y,z,size,sightings\n3,0.8,0.1,0,0.2,5\n");
   scratch.file(
       name + "/orbital.csv",
       "x_m,y_m,diameter_m,area_m2,contrast,elongation\n0.81,0.1,0.2,0.03,0.3,1\n2,2,0.3,0.07,0.3,1\n");
   scratch.file(
       name + "/frames.csv",
-      "frame,stamp_s,pose,vo,trust,inliers,boulders,vo_ops,boulder_ops,fix_ops,vo_ms,boulder_ms,fix_ms,ms\n"
-      "10,1,start,first_frame,confirmed,0,0,5,6,0,1,2,0,3\n11,2,vo,motion,coasting,9,1,5,6,0,1,2,0,3\n"
-      "12,3,vo,motion,confirmed,9,1,5,6,7,1,2,0.5,3.5\n");
+      "frame,stamp_s,pose,vo,trust,sigma_xy_m,sigma_yaw_deg,inliers,boulders,vo_ops,boulder_ops,fix_ops,vo_ms,boulder_ms,fix_ms,ms\n"
+      "10,1,start,first_frame,confirmed,0.05,0.5,0,0,5,6,0,1,2,0,3\n11,2,vo,motion,coasting,0.06,0.5,9,1,5,6,0,1,2,0,3\n"
+      "12,3,vo,motion,confirmed,0.02,0.4,9,1,5,6,7,1,2,0.5,3.5\n");
   scratch.file(
       name + "/fixes.csv",
       "frame,status,snapshot,dx_m,dy_m,dyaw_deg,pairs,rms_m,trimmed,gated,local_boulders,map_boulders,sigma_x_m,"
-      "sigma_y_m,correlation_xy,sigma_yaw_deg\n12,applied,2,0,0.03,0.1,4,0.02,1,0,5,9,0.03,0.02,-0.5,0.4\n");
+      "sigma_y_m,correlation_xy,sigma_yaw_deg,lost,log_ratio,second_log_ratio\n12,applied,2,0,0.03,0.1,4,0.02,1,0,5,9,0.03,0.02,-0.5,0.4,0,21.5,-1000\n");
   const ordered_json pictures = {{"ortho", {{"low_m", {-1, -1}}, {"high_m", {2, 2}}, {"jpeg", "QUJD"}}},
                                  {"stride", 4},
                                  {"strips", {{picture()}}}};
@@ -178,6 +179,7 @@ const char* const kProbe = R"js((() => {
   const colour = (e, property) => getComputedStyle(e)[property];
   const out = {
     runs: all('#runs tbody tr').length, fixes: all('#fixes tbody tr').length, curves: all('#charts .curve').length,
+    claims: [all('#charts .band').length, all('#charts .span').length], layers: all('[data-layer=pairs]').length,
     pictures: all('#labels svg, #clusters svg, #regions svg').length, back: colour(document.body, 'backgroundColor'),
     vo: [all('#charts .said i')[0], all('#work-charts .said i')[0]].map((e) => colour(e, 'borderTopColor')),
     sideways: document.documentElement.scrollWidth - innerWidth};
@@ -210,6 +212,8 @@ void test_in_a_browser(void**) {
       print_message("%s\n", told.dump().c_str());
       assert_true(told.at("fault") == "");
       assert_true(told.at("runs") == 2 && told.at("fixes") == 1 && told.at("curves") == 8);
+      // Bands in two of four charts; three stretches of trust in each.
+      assert_true(told.at("claims") == nlohmann::json({2, 12}) && told.at("layers") == 1);
       assert_true(told.at("pictures") == 4 && told.at("sideways") <= 0 && told.at("colours") > 10);
       assert_true(told.at("back") == (dark ? "rgb(20, 23, 27)" : "rgb(255, 255, 255)"));
       assert_true(told.at("vo").at(0) == told.at("vo").at(1));  // a path, and the job that makes it
@@ -242,6 +246,7 @@ void test_without_truth_in_a_browser(void**) {
     if (text.find(word) != std::string::npos) fail_msg("the page without truth has '%s'", word);
   }
   assert_true(text.find("cairn report --forecast") != std::string::npos);
+  assert_true(text.find("3 sigma") != std::string::npos);  // what it says of itself is still there
   s["forecast"] = {{"likely_wrong", true}, {"words", "The map or the start is likely wrong."}};
   scratch.file("untold/summary.json", s.dump());
   const ordered_json untold = read_run_folder(scratch.path("untold"));
@@ -304,7 +309,7 @@ void test_folders_that_are_none(void**) {
 
 void test_missing_and_cut_files(void**) {
   for (const char* name : {"vo.tum", "corrected.tum", "truth.tum", "boulders.csv", "orbital.csv", "fixes.csv",
-                           "frames.csv", "pictures.json", "summary.json"}) {
+                           "frames.csv", "pairs.csv", "pictures.json", "summary.json"}) {
     const fs::path folder = make_run("broken");
     const std::string whole = text_of(folder / name);
     fs::remove(folder / name);
