@@ -53,8 +53,8 @@ inline constexpr Range kStartSigmaYaw_rad = {1e-4, 10.0};
 /// `set trim`: as StepTrim says.
 inline constexpr Range kTrimScale = {StepTrim::kLeastScale, StepTrim::kMostScale};
 inline constexpr Range kTrimTurn_rad_per_m = {-StepTrim::kMostTurn_rad_per_m, StepTrim::kMostTurn_rad_per_m};
-/// A motion prior spans the way from the last pair that was good, over a few that were lost: so many times
-/// the mission's largest step between two pairs.
+/// A motion prior is refused from so many times the mission's largest step between two pairs on: wheels may
+/// spin, and what VO is held against must be able to differ from it.
 inline constexpr double kPriorSteps = 4.0;
 inline constexpr double kMaxPriorStep_m = kPriorSteps * cfg::kMission.max_step_m;
 inline constexpr double kMaxPriorRotation_rad = kPriorSteps * cfg::kMission.max_step_rad;

@@ -27,8 +27,11 @@ LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& 
   transfer_ = MapTransfer();
   map_status_ = MapStatus::kIdle;
   order_ = CommandOrder();
-  validating_ = have_prior_ = any_pair_ = false;
-  pair_number_ = sequence_ = bad_priors_ = lost_packets_ = 0;
+  validating_ = any_pair_ = false;
+  pair_number_ = sequence_ = bad_priors_ = lost_packets_ = missed_pairs_ = 0;
+  priors_.init();
+  pairs_.init();
+  pair_counts_ = {};
   commands_ = {};
   pair_time_us_ = 0;
   localizer_.set_map(OrbitalMap());
@@ -115,9 +118,7 @@ CommandStatus FlightApp::take_prior(Command& command, std::uint8_t& detail) {
     ++bad_priors_;
     return content == ContentStatus::kPairGone ? CommandStatus::kStale : CommandStatus::kRefused;
   }
-  prior_ = command.pose;
-  prior_pair_ = command.pair;
-  have_prior_ = true;
+  priors_.put(command.pair, command.pose);
   return CommandStatus::kAccepted;
 }
 
@@ -193,7 +194,6 @@ bool FlightApp::take_pair() {
     // VO still reads the images: the new pair goes nowhere, and the minor frame is spent on the old one.
     if (!hal::camera_take({nullptr, nullptr, 0}, info)) return false;
     (void)executive_.begin_minor(localizer_, ImageU8(), ImageU8(), nullptr);
-    static_cast<void>(prior_of(info.number));  // goes with its pair
     return true;
   }
   if (!hal::camera_take({left_, right_, sizeof left_}, info)) return false;
@@ -201,24 +201,30 @@ bool FlightApp::take_pair() {
     const bool fits = width > 0 && height > 0 && width <= cfg::kImageWidth && height <= cfg::kImageHeight;
     return fits ? packed_view(data, width, height) : ImageU8();
   };
+  const PairStatus order = pairs_.judge(info.number, info.t_capture_us);
+  ++pair_counts_[static_cast<std::size_t>(order)];
+  if (!to_be_used(order)) return true;
+  if (order == PairStatus::kRenumbered) priors_.let_go_all();
+  miss_pairs(info.number);
   any_pair_ = true;
   pair_number_ = info.number;
   pair_time_us_ = info.t_capture_us;
   const LocalizerStatus status =
       executive_.begin_minor(localizer_, view(left_, info.left_width, info.left_height),
-                             view(right_, info.right_width, info.right_height), prior_of(info.number));
+                             view(right_, info.right_width, info.right_height), priors_.of(info.number));
+  priors_.let_go(info.number);
   if (status != LocalizerStatus::kReady)
     report_minor();  // no start pose: the report says so, and nothing moves
   return true;
 }
 
-const Pose3* FlightApp::prior_of(std::uint32_t pair) {
-  const std::uint32_t ahead = prior_pair_ - pair;
-  if (!have_prior_ || (ahead != 0 && ahead < 0x80000000U)) return nullptr;  // of a pair to come
-  have_prior_ = false;
-  if (ahead == 0) return &prior_;
-  ++bad_priors_;
-  return nullptr;
+void FlightApp::miss_pairs(std::uint32_t number) {
+  constexpr std::uint32_t kMostPriors = MotionPriors::kRoom;
+  const std::uint32_t missed = pairs_.missed();
+  const std::uint32_t last_few = missed < kMostPriors ? missed : kMostPriors;
+  missed_pairs_ += missed;
+  localizer_.miss(missed - last_few, nullptr);
+  for (std::uint32_t i = last_few; i > 0; --i) localizer_.miss(1, priors_.of(number - i));
 }
 
 void FlightApp::report_minor() {
@@ -227,6 +233,8 @@ void FlightApp::report_minor() {
   FrameReport r;
   r.number = pair_number_;
   r.t_capture_us = pair_time_us_;
+  r.pair_status = static_cast<std::uint8_t>(pairs_.status());
+  r.missed_pairs = static_cast<std::uint16_t>(pairs_.missed() < UINT16_MAX ? pairs_.missed() : UINT16_MAX);
   r.pose_source = static_cast<std::uint8_t>(localizer_.pose_source());
   r.vo_status = static_cast<std::uint8_t>(localizer_.vo().status());
   r.boulder_status = static_cast<std::uint8_t>(localizer_.observer().status());
@@ -301,7 +309,9 @@ void FlightApp::report_health() {
   r.abandoned_boulders = health.abandoned_boulders;
   r.dropped_tracks = health.dropped_tracks;
   r.dropped_pairs = executive_.counts().dropped_pairs;
-  r.bad_priors = health.bad_priors + bad_priors_;
+  r.pairs = pair_counts_;
+  r.missed_pairs = missed_pairs_;
+  r.bad_priors = health.bad_priors + bad_priors_ + priors_.unused();
   r.commands = commands_;
   r.lost_packets = lost_packets_;
   r.map_status = static_cast<std::uint8_t>(map_status_);

@@ -15,6 +15,10 @@
 /// The map in use stays until another one is whole and good. `load map` validates the bank beside it: a good
 /// map takes over, and where the bank turns out bad the map in use goes on as long as its own bytes are still
 /// there (OrbitalMap::still_in), with what the upset cost it.
+///
+/// Pairs are judged by pair_order.hpp before anything is done with them. One that is let go begins no minor
+/// frame and gives no report. Pairs that never came, or came while VO was at the one before, are missed: to
+/// the localizer they are frames in the dark.
 #pragma once
 
 #include <cstdint>
@@ -22,6 +26,8 @@
 #include "app/command_content.hpp"
 #include "app/command_order.hpp"
 #include "app/executive.hpp"
+#include "app/motion_priors.hpp"
+#include "app/pair_order.hpp"
 #include "app/telecommand.hpp"
 #include "app/telemetry.hpp"
 
@@ -58,8 +64,8 @@ class FlightApp {
   bool validate_map(WorkBudget& slice);
   bool verify_upload(WorkBudget& slice);
   bool take_pair();
-  /// The prior of this pair, null where there is none; one whose pair never came is let go and counted.
-  const Pose3* prior_of(std::uint32_t pair);
+  /// Tells the localizer of the pairs that never came before this one, with the priors that there are.
+  void miss_pairs(std::uint32_t number);
   void report_minor();
   void report_fix();
   void report_health();
@@ -74,9 +80,10 @@ class FlightApp {
   MapStatus map_status_ = MapStatus::kIdle;  ///< of the last map that was judged for use
   MapTransfer transfer_;
   CommandOrder order_;
-  Pose3 prior_;
-  std::uint32_t prior_pair_ = 0;
-  bool have_prior_ = false;
+  MotionPriors priors_;
+  PairOrder pairs_;
+  std::array<std::uint32_t, kPairStatusCount> pair_counts_{};  ///< by PairStatus
+  std::uint32_t missed_pairs_ = 0;
   bool any_pair_ = false;
   std::uint32_t pair_number_ = 0;
   std::uint64_t pair_time_us_ = 0;

@@ -9,6 +9,8 @@ template <typename Walker, typename Report>
 void walk(Walker& w, Report& r, const FrameReport*) {
   w.field(r.number);
   w.field(r.t_capture_us);
+  w.field(r.pair_status);
+  w.field(r.missed_pairs);
   w.field(r.pose_source);
   w.field(r.vo_status);
   w.field(r.boulder_status);
@@ -92,6 +94,8 @@ void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.abandoned_boulders);
   w.field(r.dropped_tracks);
   w.field(r.dropped_pairs);
+  w.field(r.pairs);
+  w.field(r.missed_pairs);
   w.field(r.bad_priors);
   w.field(r.commands);
   w.field(r.lost_packets);

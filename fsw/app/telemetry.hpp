@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "app/packet.hpp"
+#include "app/pair_order.hpp"
 #include "app/telecommand.hpp"
 #include "localizer/localizer.hpp"
 #include "orbital_map/map_transfer.hpp"
@@ -30,6 +31,9 @@ struct FrameReport {
   static constexpr TelemetryType kType = TelemetryType::kFrame;
   std::uint32_t number = 0;        ///< of the stereo pair, as the camera gave it
   std::uint64_t t_capture_us = 0;  ///< as the camera gave it
+  /// `PairStatus`; a pair that is let go gives no report, and counts in health
+  std::uint8_t pair_status = 0;
+  std::uint16_t missed_pairs = 0;  ///< before this one, by its number; 65535 for more
   std::uint8_t pose_source = 0;    ///< `PoseSource`
   std::uint8_t vo_status = 0;      ///< `VoStatus`
   /// `ObserveStatus`; 0: not observed, since VO held the pose; 1: not finished in time
@@ -119,9 +123,12 @@ struct HealthReport {
   std::array<std::uint32_t, kFixStatusCount> fixes{};         ///< by `FixStatus`
   std::array<std::uint32_t, cfg::kTaskCount> overruns{};      ///< by `Task`
   std::uint32_t extrapolated = 0;                             ///< frames moved without a motion from VO
-  std::uint32_t abandoned_boulders = 0;  ///< frames whose boulders were not finished in time
-  std::uint32_t dropped_tracks = 0;      ///< sightings without room for a track
-  std::uint32_t dropped_pairs = 0;       ///< pairs that came while VO was at the one before
+  std::uint32_t abandoned_boulders = 0;                 ///< frames whose boulders were not finished in time
+  std::uint32_t dropped_tracks = 0;                     ///< sightings without room for a track
+  std::uint32_t dropped_pairs = 0;                      ///< pairs that came while VO was at the one before
+  std::array<std::uint32_t, kPairStatusCount> pairs{};  ///< by `PairStatus`
+  /// pairs that never came, by the numbers of those that did; dropped ones, too
+  std::uint32_t missed_pairs = 0;
   /// motion priors that were refused, came too late, or whose pair never came
   std::uint32_t bad_priors = 0;
   std::array<std::uint32_t, kCommandStatusCount> commands{};  ///< by `CommandStatus`

@@ -108,7 +108,6 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   trust_.init(params_.trust);
   confirmed_by_fix_ = false;
   against_nats_ = 0.0;
-  last_step_ = Pose3();
   stage_ = FrameStage::kDone;
   pose_source_ = PoseSource::kNone;
   fix_ = {};
@@ -135,15 +134,21 @@ LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right
   observer_.abandon();
   left_ = left;
   right_ = right;
-  if (motion_prior != nullptr && !is_valid(*motion_prior)) {
-    motion_prior = nullptr;
-    ++health_.bad_priors;
-  }
-  expected_step_ = motion_prior != nullptr ? *motion_prior : last_step_;
   ++health_.frames;
   stage_ = FrameStage::kVo;
-  if (vo_.start(left, right, motion_prior) != VoStatus::kRunning) take_vo_result();
+  if (vo_.start(left, right, checked(motion_prior)) != VoStatus::kRunning) take_vo_result();
   return LocalizerStatus::kReady;
+}
+
+void Localizer::miss(std::uint32_t pairs, const Pose3* motion_prior) {
+  if (pose_source_ == PoseSource::kNone) return;
+  vo_.miss(pairs, checked(motion_prior));
+}
+
+const Pose3* Localizer::checked(const Pose3* motion_prior) {
+  if (motion_prior == nullptr || is_valid(*motion_prior)) return motion_prior;
+  ++health_.bad_priors;
+  return nullptr;
 }
 
 Progress Localizer::step_vo(WorkBudget& budget) {
@@ -158,15 +163,14 @@ void Localizer::take_vo_result() {
   ++health_.vo[static_cast<std::size_t>(status)];
   switch (status) {
     case VoStatus::kMotion:
-      last_step_ = vo_.result().T_prev_cur;
-      move(last_step_);
+      move(vo_.result().T_prev_cur);
       pose_source_ = PoseSource::kVo;
       break;
     case VoStatus::kFirstFrame: pose_source_ = PoseSource::kStart; break;
     case VoStatus::kFewMatches:
     case VoStatus::kNoConsensus:
     case VoStatus::kImplausible:
-      move(expected_step_);
+      move(vo_.predicted());
       pose_source_ = PoseSource::kExtrapolated;
       ++health_.extrapolated;
       break;

@@ -171,6 +171,9 @@ class Localizer {
   /// `motion_prior`: T_prev_cur of the left camera, or null; one that is no pose is left out and counted. An
   /// unfinished observation of the frame before is abandoned and counted.
   LocalizerStatus begin_frame(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior);
+  /// Pairs that never came before the next frame, with the motion prior of each, or null. Before the first
+  /// frame after a start pose they are nothing to us: the start pose is that frame's.
+  void miss(std::uint32_t pairs, const Pose3* motion_prior);
   Progress step_vo(WorkBudget& budget);
   /// VO still reads the pair: it must stay as it is, and another one must wait.
   bool vo_open() const { return stage_ == FrameStage::kVo; }
@@ -208,6 +211,8 @@ class Localizer {
     kObserving  ///< boulders at work
   };
 
+  /// The prior, or null for none and for one that is no pose, which is counted.
+  const Pose3* checked(const Pose3* motion_prior);
   void take_vo_result();
   void move(const Pose3& T_prev_cur);
   void begin_site(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
@@ -235,8 +240,6 @@ class Localizer {
   Pose3 T_site_rover_vo_;  ///< VO alone
   Pose2 T_map_site_start_;
   Pose2 T_map_site_;
-  Pose3 last_step_;      ///< T_prev_cur of the camera, as VO measured it last
-  Pose3 expected_step_;  ///< of this frame, where VO loses its way: the motion prior or the last step
   PoseFusion fusion_;
   Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot
   std::uint32_t applied_frame_ = 0;        ///< snapshot of the last fix applied; 0: none since the start

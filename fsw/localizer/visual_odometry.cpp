@@ -7,6 +7,7 @@ namespace {
 
 constexpr double kRealignPx = 0.75;  // mean square shift of the predictions that asks for another alignment
 constexpr double kMinDepth = 0.05;
+constexpr int kMostElapsed = 1000;  // frames; over more than that no reference lasts
 constexpr float kIdentity[4] = {1.0F, 0.0F, 0.0F, 1.0F};
 
 std::int16_t clamp_to(double v, int low, int high) {
@@ -14,27 +15,56 @@ std::int16_t clamp_to(double v, int low, int high) {
   return static_cast<std::int16_t>(v < high ? v : high);
 }
 
+/// Statuses after which the next frame is measured from this one.
+bool settles(VoStatus status) {
+  return status == VoStatus::kFirstFrame || status == VoStatus::kMotion || status == VoStatus::kFewMatches ||
+         status == VoStatus::kNoConsensus || status == VoStatus::kImplausible;
+}
+
+Pose3 share_of(const Pose3& motion, double share) {
+  return {quat_exp(quat_log(motion.q) * share), motion.t * share};
+}
+
 }  // namespace
 
 bool VisualOdometry::init(const VoParams& params, const StereoRig& rig) {
   status_ = VoStatus::kIdle;
-  have_reference_ = motion_known_ = false;
-  T_ref_prev_ = predicted_step_ = T_cur_ref_ = Pose3();
+  have_reference_ = motion_known_ = prediction_known_ = false;
+  settled_ = true;
+  elapsed_ = 0;
+  T_ref_prev_ = last_step_ = predicted_ = T_cur_ref_ = Pose3();
   params_ = params;
   rig_ = rig;
   stereo_.init(params, rig, params.motion.min_inliers);
   return is_valid(rig) && rig.width_px <= cfg::kImageWidth && rig.height_px <= cfg::kImageHeight;
 }
 
+void VisualOdometry::miss(std::uint32_t pairs, const Pose3* motion_prior) {
+  for (std::uint32_t i = 0; i < pairs && i < kMostElapsed; ++i) predict(motion_prior);
+}
+
+/// To the bit the step itself where it is the first.
+void VisualOdometry::predict(const Pose3* motion_prior) {
+  const bool valid = motion_prior == nullptr || is_valid(*motion_prior);
+  CAIRN_ASSERT(valid);
+  const bool known = motion_known_ || motion_prior != nullptr;
+  const Pose3& step = motion_prior != nullptr ? *motion_prior : last_step_;
+  if (settled_) {
+    elapsed_ = 1;
+    predicted_ = step;
+    prediction_known_ = known;
+  } else if (elapsed_ < kMostElapsed) {
+    ++elapsed_;
+    predicted_ = predicted_ * step;
+    prediction_known_ = prediction_known_ && known;
+  }
+  settled_ = false;
+}
+
 VoStatus VisualOdometry::start(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior) {
   result_ = {};
   phase_ = Phase::kStereo;
-  if (motion_prior != nullptr) {
-    const bool valid = is_valid(*motion_prior);
-    CAIRN_ASSERT(valid);
-    predicted_step_ = *motion_prior;
-    motion_known_ = true;
-  }
+  predict(motion_prior);
   const bool started = stereo_.start(left, right, current()) == StereoStatus::kRunning;
   return status_ = started ? VoStatus::kRunning : VoStatus::kBadImage;
 }
@@ -99,14 +129,14 @@ void VisualOdometry::take_stereo() {
     default: return finish(VoStatus::kBadImage);
   }
   plane_ = current().plane;
-  if (have_reference_) return begin_match(!motion_known_);
+  if (have_reference_) return begin_match(!prediction_known_);
   renew_reference();
   finish(VoStatus::kFirstFrame);
 }
 
 void VisualOdometry::begin_match(bool wide) {
   wide_ = wide;
-  const Pose3 T_cur_ref = (T_ref_prev_ * predicted_step_).inverse();
+  const Pose3 T_cur_ref = (T_ref_prev_ * predicted_).inverse();
   const int radius = wide ? params_.first_search_radius_px : params_.search_radius_px;
   const FeatureSet& ref = reference().left.result();
   const std::size_t stride = wide && !params_.paper_exact ? 2 : 1;
@@ -286,13 +316,14 @@ void VisualOdometry::accept(const MotionResult& motion) {
   result_.covariance = motion.covariance;
   const Pose3 T_ref_cur = motion.T_cur_ref.inverse();
   const Pose3 T_prev_cur = T_ref_prev_.inverse() * T_ref_cur;
-  if (!(T_prev_cur.t.norm() <= params_.max_step_m) ||
-      !(quat_log(T_prev_cur.q).norm() <= params_.max_step_rad)) {
+  result_.frames = elapsed_;
+  if (!(T_prev_cur.t.norm() <= params_.max_step_m * elapsed_) ||
+      !(quat_log(T_prev_cur.q).norm() <= params_.max_step_rad * elapsed_)) {
     lose(VoStatus::kImplausible);
     return;
   }
   result_.T_prev_cur = T_prev_cur;
-  predicted_step_ = T_prev_cur;
+  last_step_ = elapsed_ == 1 ? T_prev_cur : share_of(T_prev_cur, 1.0 / elapsed_);
   motion_known_ = true;
   T_ref_prev_ = T_ref_cur;
   ++reference_age_;
@@ -317,6 +348,7 @@ void VisualOdometry::lose(VoStatus status) {
 void VisualOdometry::finish(VoStatus status) {
   stereo_.end_frame();
   status_ = status;
+  settled_ = settles(status);
 }
 
 }  // namespace cairn

@@ -59,6 +59,7 @@ struct VoResult {
   int matches = 0;  ///< from the reference
   int inliers = 0;
   double rms_px = 0.0;
+  int frames = 0;  ///< that the motion spans: 1, and those without a usable pair before it
   bool reference_renewed = false;
 };
 
@@ -67,12 +68,18 @@ class VisualOdometry {
   /// Forgets the reference and the last motion. False where the rig is not valid.
   [[nodiscard]] bool init(const VoParams& params, const StereoRig& rig);
 
+  /// Pairs that never came before the one that is started next. `motion_prior` as below, of each.
+  void miss(std::uint32_t pairs, const Pose3* motion_prior = nullptr);
   /// Starts on a pair (borrowed until done). `motion_prior`, where given, replaces the last motion as the
-  /// prediction of T_prev_cur; a pose that is not valid asserts.
+  /// prediction of the motion from the pair before, used or not; a pose that is not valid asserts. What is
+  /// predicted, and what the mission allows, adds up over pairs that were missed or could not be used.
   VoStatus start(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior = nullptr);
   Progress step(WorkBudget& budget);
   VoStatus status() const { return status_; }
   const VoResult& result() const { return result_; }
+  /// Of the motion since the last frame that was measured or became the reference, before this one was looked
+  /// at: made of motion priors, and of the last motion.
+  const Pose3& predicted() const { return predicted_; }
   const RectificationEstimator& rectification() const { return stereo_.rectification(); }
   /// Of the ground in the last frame that had stereo points: disparity d = plane . (u, v, 1), px.
   const Vec3& disparity_plane() const { return plane_; }
@@ -96,6 +103,7 @@ class VisualOdometry {
   void finish(VoStatus status);
   void lose(VoStatus status);  ///< the frame becomes the reference, the step is unknown
   void renew_reference();
+  void predict(const Pose3* motion_prior);
 
   VoParams params_;
   StereoRig rig_;
@@ -108,9 +116,13 @@ class VisualOdometry {
   int reference_age_ = 0;
   int alignments_ = 0;
   bool wide_ = false;
-  bool motion_known_ = false;
-  Pose3 predicted_step_;  ///< T_prev_cur
-  Pose3 T_ref_prev_;      ///< previous good frame in the reference camera
+  bool motion_known_ = false;      ///< some motion was measured
+  bool prediction_known_ = false;  ///< that, or motion priors for all frames since the last good one
+  bool settled_ = true;            ///< the last frame was measured, or became the reference
+  int elapsed_ = 0;                ///< frames that the prediction spans
+  Pose3 last_step_;                ///< of one frame
+  Pose3 predicted_;                ///< T_prev_cur
+  Pose3 T_ref_prev_;               ///< previous good frame in the reference camera
   Pose3 T_cur_ref_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
   VoResult result_;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "app/pair_order.hpp"
 #include "localizer/localizer.hpp"
 #include "schedule.hpp"
 
@@ -19,6 +20,11 @@ std::string pick(const char* const (&names)[N], std::uint8_t value) {
 std::string pose_source_name(std::uint8_t value) {
   static const char* const names[] = {"none", "start", "vo", "held", "extrapolated"};
   return pick<kPoseSourceCount>(names, value);
+}
+
+std::string pair_status_name(std::uint8_t value) {
+  static const char* const names[] = {"first", "next", "gap", "renumbered", "repeated", "old"};
+  return pick<app::kPairStatusCount>(names, value);
 }
 
 std::string vo_status_name(std::uint8_t value) {

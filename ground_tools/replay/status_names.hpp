@@ -7,6 +7,7 @@
 namespace cairn::ground {
 
 std::string pose_source_name(std::uint8_t value);     ///< PoseSource
+std::string pair_status_name(std::uint8_t value);     ///< app::PairStatus
 std::string vo_status_name(std::uint8_t value);       ///< VoStatus
 std::string observe_status_name(std::uint8_t value);  ///< ObserveStatus
 std::string fix_status_name(std::uint8_t value);      ///< FixStatus

@@ -21,6 +21,8 @@ FrameReport frame_report() {
   FrameReport r;
   r.number = 0x01020304U;
   r.t_capture_us = 0x1112131415161718ULL;
+  r.pair_status = 0x19;
+  r.missed_pairs = 0x1A1B;
   r.pose_source = 0x21;
   r.vo_status = 0x22;
   r.boulder_status = 0x23;
@@ -51,6 +53,8 @@ PacketBytes frame_bytes() {
   PacketBytes b(1, kSequence);
   b.u32(0x01020304U);
   b.u64(0x1112131415161718ULL);
+  b.u8(0x19);
+  b.u16(0x1A1B);
   for (const unsigned v : {0x21U, 0x22U, 0x23U, 0x24U}) b.u8(v);
   b.pose(kVoPose);
   b.pose(kPose);
@@ -144,6 +148,8 @@ HealthReport health_report() {
   r.abandoned_boulders = next++;
   r.dropped_tracks = next++;
   r.dropped_pairs = next++;
+  for (std::uint32_t& v : r.pairs) v = next++;
+  r.missed_pairs = next++;
   r.bad_priors = next++;
   for (std::uint32_t& v : r.commands) v = next++;
   r.lost_packets = next++;
@@ -154,7 +160,7 @@ HealthReport health_report() {
 
 PacketBytes health_bytes() {
   PacketBytes b(5, kSequence);
-  for (std::uint32_t i = 1; i <= 54; ++i) b.u32(0xA0000000U + i);
+  for (std::uint32_t i = 1; i <= 61; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
   b.u32(0x01020304U);
   b.finish();
@@ -212,11 +218,11 @@ void check_round_trip(const Report& report, const PacketBytes& expected, int exp
 }
 
 void test_every_byte_is_as_the_icd_says(void**) {
-  check_round_trip(frame_report(), frame_bytes(), 1, 190);
+  check_round_trip(frame_report(), frame_bytes(), 1, 193);
   check_round_trip(fix_report(), fix_bytes(), 2, 99);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 233);
+  check_round_trip(health_report(), health_bytes(), 5, 261);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -291,9 +297,9 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FrameReport>(fix_bytes(), 99), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 233), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 261), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
-  assert_status(status_of<UploadReport>(frame_bytes(), 190), PacketStatus::kOtherType);
+  assert_status(status_of<UploadReport>(frame_bytes(), 193), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {
     damaged = ack_bytes();
     damaged.data()[0] = static_cast<std::uint8_t>(type);

@@ -439,11 +439,61 @@ void test_a_motion_prior_serves_the_pair_that_it_names(void**) {
   // Of a pair that was taken: as stale as an older number, and told apart by the detail.
   check_answer(prior_command(next_number, far), CommandStatus::kStale, app::ContentStatus::kPairGone);
   assert_near(lost(), own, 0.03);
-  // Its pair never comes.
+  // Its pair never comes: it bridges the gap.
   check_answer(prior_command(next_number + 1, far), CommandStatus::kAccepted, 0);
   ++next_number;
-  assert_near(lost(), own, 0.03);
-  assert_int_equal(health().bad_priors, 2);
+  assert_near(lost(), 0.3 + own, 0.03);
+  assert_int_equal(health().bad_priors, 1);
+}
+
+/// Pairs that come again, late or in another order leave everything as it is; the next good one goes on.
+void test_repeated_and_overtaken_pairs(void**) {
+  begin_at_start();
+  for (std::size_t i = 0; i < 4; ++i) take(i);
+  const std::uint32_t newest = next_number;
+  const Pose3 before = down.frames.back().T_map_cam;
+  const std::size_t reports = down.frames.size();
+  const auto feed_again = [](std::uint32_t number, std::size_t i) {
+    host::feed_pair(number, 1000ULL * number, left(i), right(i));
+    down.run();
+  };
+  feed_again(newest, 3);      // repeated
+  feed_again(newest - 2, 1);  // stale
+  feed_again(newest - 1, 2);
+  assert_int_equal(down.frames.size(), reports);
+  const app::HealthReport h = health();
+  assert_int_equal(h.frames, 4);
+  assert_int_equal(h.pairs[static_cast<std::size_t>(app::PairStatus::kRepeated)], 1);
+  assert_int_equal(h.pairs[static_cast<std::size_t>(app::PairStatus::kOld)], 2);
+  assert_int_equal(h.missed_pairs, 0);
+  const app::FrameReport& next = take(4);
+  assert_status(next.pair_status, app::PairStatus::kNext);
+  assert_status(next.pose_source, PoseSource::kVo);
+  const double step = (data.truth_cam(4)->t - data.truth_cam(3)->t).norm();
+  assert_near((next.T_map_cam.t - before.t).norm(), step, 0.01);
+}
+
+/// Two pairs change places: the later is used, over the gap; the earlier is let go.
+void test_swapped_order_and_gaps(void**) {
+  begin_at_start();
+  for (std::size_t i = 0; i < 4; ++i) take(i);
+  assert_int_equal(down.frames.back().missed_pairs, 0);
+  const std::uint32_t fourth = ++next_number;
+  const app::FrameReport fifth = take(5);
+  assert_status(fifth.pair_status, app::PairStatus::kGap);
+  assert_int_equal(fifth.missed_pairs, 1);
+  assert_status(fifth.pose_source, PoseSource::kVo);
+  assert_at_most((fifth.T_map_cam.t - data.truth_cam(5)->t).norm(), 0.02);
+  const std::size_t reports = down.frames.size();
+  host::feed_pair(fourth, 1000ULL * fourth, left(4), right(4));
+  down.run();
+  assert_int_equal(down.frames.size(), reports);
+  next_number += 8;
+  const app::FrameReport far = take(14);
+  assert_int_equal(far.missed_pairs, 8);
+  assert_status(far.pose_source, PoseSource::kVo);
+  assert_at_most((far.T_map_cam.t - data.truth_cam(14)->t).norm(), 0.03);
+  assert_int_equal(health().missed_pairs, 9);
 }
 
 /// Pose, sigma and map, to the bit.
@@ -666,6 +716,8 @@ int main() {
       cmocka_unit_test(test_swapped_and_noise_pairs),
       cmocka_unit_test(test_bad_motion_priors_are_refused_and_counted),
       cmocka_unit_test(test_a_motion_prior_serves_the_pair_that_it_names),
+      cmocka_unit_test(test_repeated_and_overtaken_pairs),
+      cmocka_unit_test(test_swapped_order_and_gaps),
       cmocka_unit_test(test_commands_that_come_again_change_nothing),
       cmocka_unit_test(test_a_ground_segment_that_begins_anew),
       cmocka_unit_test(test_a_refused_command_may_come_again),

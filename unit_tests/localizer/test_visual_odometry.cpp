@@ -322,6 +322,41 @@ void test_dropped_frames(void**) {
   assert_good_step(4, 5);
 }
 
+/// Pairs that never came: what is allowed, and what is predicted, is that of all frames that went by; the
+/// step of one frame is its share.
+void test_missed_pairs(void**) {
+  VoParams params;
+  params.max_step_m = 0.1;
+  begin(params);
+  assert_status(run(3), VoStatus::kImplausible);
+  begin(params);
+  assert_status(run(1), VoStatus::kMotion);
+  assert_int_equal(vo.result().frames, 1);
+  const Pose3 step = vo.result().T_prev_cur;
+  vo.miss(2);
+  assert_status(run(4), VoStatus::kMotion);
+  assert_int_equal(vo.result().frames, 3);
+  assert_good_step(1, 4);
+  assert_true((vo.predicted().t - (step * step * step).t).norm() < 1e-12);
+  const Pose3 three = vo.result().T_prev_cur;
+  assert_status(run(5), VoStatus::kMotion);
+  assert_int_equal(vo.result().frames, 1);
+  assert_good_step(4, 5);
+  assert_near((vo.predicted().t - three.t / 3.0).norm(), 0.0, 1e-12);
+  // A frame that cannot be used counts like one that never came, and priors are put together.
+  begin(params);
+  const Pose3 a = true_step(0, 1);
+  const Pose3 b = true_step(1, 2);
+  vo.miss(1, &a);
+  assert_status(run(vo, ImageU8(), ImageU8(), &b), VoStatus::kBadImage);
+  const Pose3 c = true_step(2, 3);
+  assert_status(run(3, &c), VoStatus::kMotion);
+  assert_good_step(0, 3);
+  assert_near((vo.predicted().t - true_step(0, 3).t).norm(), 0.0, 1e-9);
+  assert_status(run(4), VoStatus::kMotion);
+  assert_int_equal(vo.result().frames, 1);
+}
+
 void test_priors(void**) {
   // A turn of 0.3 rad moves features out of all windows but those that the prior places.
   Random random(4);
@@ -410,6 +445,7 @@ int main() {
       cmocka_unit_test(test_another_place),
       cmocka_unit_test(test_implausible_motion),
       cmocka_unit_test(test_dropped_frames),
+      cmocka_unit_test(test_missed_pairs),
       cmocka_unit_test(test_priors),
       cmocka_unit_test(test_rigs),
       cmocka_unit_test(test_init_forgets),
