@@ -68,10 +68,13 @@ struct Mission {
   double fix_common_yaw_rad = 0.003;
   double fix_common_length_m = 50.0;  ///< over which these become others
   // Frames without VO. Sigmas, of which three are the most that can be; they add up from frame to frame.
-  double unseen_step_m = 0.05;       ///< the rover drives some 0.06 m a frame ...
-  double unseen_step_rad = 0.05;     ///< ... and turns 0.035 rad on the spot
-  double prior_share = 0.1;          ///< of the way and turn that a motion prior tells: slip
-  double prior_sigma_rad = 0.001;    ///< of its yaw
+  double unseen_step_m = 0.05;     ///< the rover drives some 0.06 m a frame ...
+  double unseen_step_rad = 0.05;   ///< ... and turns 0.035 rad on the spot
+  double prior_share = 0.1;        ///< of the way and turn that a motion prior tells: slip
+  double prior_sigma_rad = 0.001;  ///< of its yaw
+  // Beside these, where VO is held against a motion prior (localizer/vo_watch.hpp).
+  double watch_sigma_m = 0.004;
+  double watch_sigma_rad = 0.004;
   double map_window_radius_m = 8.0;  ///< orbital boulders near the VO position
   double track_log_odds = 6.9;       ///< ln of the odds of a track that a fix has confirmed: 1000 to 1
   int lost_after_fixes = 3;          ///< fixes in a row that speak against the pose (localizer/trust.hpp)

@@ -238,6 +238,7 @@ void FlightApp::report_minor() {
   r.pose_source = static_cast<std::uint8_t>(localizer_.pose_source());
   r.vo_status = static_cast<std::uint8_t>(localizer_.vo().status());
   r.boulder_status = static_cast<std::uint8_t>(localizer_.observer().status());
+  r.watch = static_cast<std::uint8_t>(localizer_.watch());
   r.trust = static_cast<std::uint8_t>(localizer_.trust());
   r.T_map_cam_vo = localizer_.vo_T_map_cam();
   r.T_map_cam = localizer_.T_map_cam();
@@ -302,6 +303,7 @@ void FlightApp::report_health() {
   HealthReport r;
   r.frames = health.frames;
   r.vo = health.vo;
+  r.watch = health.watch;
   r.boulders = health.boulders;
   r.fixes = health.fixes;
   r.overruns = executive_.counts().overruns;

@@ -14,6 +14,7 @@ void walk(Walker& w, Report& r, const FrameReport*) {
   w.field(r.pose_source);
   w.field(r.vo_status);
   w.field(r.boulder_status);
+  w.field(r.watch);
   w.field(r.trust);
   w.field(r.T_map_cam_vo);
   w.field(r.T_map_cam);
@@ -87,6 +88,7 @@ template <typename Walker, typename Report>
 void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.frames);
   w.field(r.vo);
+  w.field(r.watch);
   w.field(r.boulders);
   w.field(r.fixes);
   w.field(r.overruns);

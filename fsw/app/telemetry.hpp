@@ -38,6 +38,7 @@ struct FrameReport {
   std::uint8_t vo_status = 0;      ///< `VoStatus`
   /// `ObserveStatus`; 0: not observed, since VO held the pose; 1: not finished in time
   std::uint8_t boulder_status = 0;
+  std::uint8_t watch = 0;              ///< `WatchStatus`: what speaks against VO
   std::uint8_t trust = 0;              ///< `Trust`
   Pose3 T_map_cam_vo;                  ///< left camera, VO alone
   Pose3 T_map_cam;                     ///< left camera, corrected
@@ -119,6 +120,7 @@ struct HealthReport {
   static constexpr TelemetryType kType = TelemetryType::kHealth;
   std::uint32_t frames = 0;                                   ///< begun
   std::array<std::uint32_t, kVoStatusCount> vo{};             ///< by `VoStatus`
+  std::array<std::uint32_t, kWatchStatusCount> watch{};       ///< by `WatchStatus`
   std::array<std::uint32_t, kObserveStatusCount> boulders{};  ///< by `ObserveStatus`
   std::array<std::uint32_t, kFixStatusCount> fixes{};         ///< by `FixStatus`
   std::array<std::uint32_t, cfg::kTaskCount> overruns{};      ///< by `Task`

@@ -83,6 +83,11 @@ void BoulderTracks::forget(std::uint32_t frame) {
   }
 }
 
+void BoulderTracks::forget_all() {
+  tracks_.clear();
+  last_count_ = 0;
+}
+
 void BoulderTracks::remove(std::size_t index) {
   for (std::size_t i = index; i + 1 < tracks_.size(); ++i) tracks_[i] = tracks_[i + 1];
   tracks_.resize(tracks_.size() - 1);

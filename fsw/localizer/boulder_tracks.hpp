@@ -32,6 +32,8 @@ class BoulderTracks {
   void update(const BoulderSightings& sightings, std::uint32_t frame);
   /// Forgets tracks that left the window by frame `frame`: for frames without sightings, before build().
   void forget(std::uint32_t frame);
+  /// Forgets all: from here on `site` is not what it was. Numbers go on.
+  void forget_all();
   /// The local map, in the order of the tracks' numbers. Tracks are merged for good.
   void build(LocalMap& out);
   std::uint32_t dropped() const { return dropped_; }  ///< sightings without room for a track

@@ -77,9 +77,12 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   rig_ = rig;
   health_ = {};
   T_map_site_ = T_map_site_start_ = Pose2();
-  T_site_rover_ = T_site_rover_vo_ = Pose3();
+  T_site_rover_ = at_reference_ = Track();
+  unseen_ = 0;
   fusion_.init(params.fusion, 0.0, 0.0);
   trust_.init(params.trust);
+  watch_.init(params.watch);
+  watch_status_ = WatchStatus::kClear;
   confirmed_by_fix_ = false;
   stage_ = FrameStage::kNoStart;
   pose_source_ = PoseSource::kNone;
@@ -102,8 +105,12 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   // The site's origin lies at the start, its axes are the map's as far as the start pose knows them.
   T_map_site_start_ = {T_map_rover.t.x(), T_map_rover.t.y(), 0.0};
   T_map_site_ = T_map_site_start_;
-  T_site_rover_ = lift(T_map_site_start_).inverse() * T_map_rover;
-  T_site_rover_vo_ = T_site_rover_;
+  const Pose3 T_site_rover = lift(T_map_site_start_).inverse() * T_map_rover;
+  T_site_rover_ = at_reference_ = {T_site_rover, T_site_rover};
+  unseen_ = 0;
+  primed_ = true;
+  watch_.init(params_.watch);
+  watch_status_ = WatchStatus::kClear;
   fusion_.init(params_.fusion, sigma_xy_m, sigma_yaw_rad);
   trust_.init(params_.trust);
   confirmed_by_fix_ = false;
@@ -134,15 +141,24 @@ LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right
   observer_.abandon();
   left_ = left;
   right_ = right;
+  motion_prior = checked(motion_prior);
+  have_prior_ = motion_prior != nullptr;
+  if (have_prior_) prior_ = *motion_prior;
+  primed_ = primed_ && have_prior_;
   ++health_.frames;
   stage_ = FrameStage::kVo;
-  if (vo_.start(left, right, checked(motion_prior)) != VoStatus::kRunning) take_vo_result();
+  watch_status_ = watch_.look(left, right);
+  const bool frozen = watch_status_ == WatchStatus::kFrozen;
+  const VoStatus started = vo_.start(frozen ? ImageU8() : left, frozen ? ImageU8() : right, motion_prior);
+  if (started != VoStatus::kRunning) take_vo_result();
   return LocalizerStatus::kReady;
 }
 
 void Localizer::miss(std::uint32_t pairs, const Pose3* motion_prior) {
-  if (pose_source_ == PoseSource::kNone) return;
-  vo_.miss(pairs, checked(motion_prior));
+  if (pairs == 0 || pose_source_ == PoseSource::kNone) return;
+  motion_prior = checked(motion_prior);
+  vo_.miss(pairs, motion_prior);
+  hidden(pairs, motion_prior);
 }
 
 const Pose3* Localizer::checked(const Pose3* motion_prior) {
@@ -163,42 +179,117 @@ void Localizer::take_vo_result() {
   ++health_.vo[static_cast<std::size_t>(status)];
   switch (status) {
     case VoStatus::kMotion:
-      move(vo_.result().T_prev_cur);
+      measured();
       pose_source_ = PoseSource::kVo;
       break;
-    case VoStatus::kFirstFrame: pose_source_ = PoseSource::kStart; break;
+    case VoStatus::kFirstFrame:
+      if (unseen_ > 0) trust_.on(TrustEvent::kGuessed);  // what went by since the start pose
+      mark_reference();
+      pose_source_ = PoseSource::kStart;
+      break;
     case VoStatus::kFewMatches:
     case VoStatus::kNoConsensus:
     case VoStatus::kImplausible:
-      move(vo_.predicted());
+      guessed();
       pose_source_ = PoseSource::kExtrapolated;
       ++health_.extrapolated;
       break;
-    default: pose_source_ = PoseSource::kHeld; break;
+    default:
+      hidden(1, have_prior_ ? &prior_ : nullptr);
+      pose_source_ = have_prior_ ? PoseSource::kPrior : PoseSource::kHeld;
+      break;
   }
-  stage_ = pose_source_ == PoseSource::kHeld ? FrameStage::kDone : FrameStage::kBoulders;
+  ++health_.watch[static_cast<std::size_t>(watch_status_)];
+  const bool usable = pose_source_ != PoseSource::kHeld && pose_source_ != PoseSource::kPrior;
+  stage_ = usable ? FrameStage::kBoulders : FrameStage::kDone;
 }
 
-void Localizer::move(const Pose3& T_prev_cur) {
-  Pose3 step = rig_.T_rover_cam * T_prev_cur * rig_.T_rover_cam.inverse();
+Pose3 Localizer::rover_step(const Pose3& T_prev_cur) const {
+  return rig_.T_rover_cam * T_prev_cur * rig_.T_rover_cam.inverse();
+}
+
+/// From VO's reference on, whatever the frames since were taken for.
+void Localizer::measured() {
+  T_site_rover_ = at_reference_;
+  fusion_.caught_up();
+  Pose3 step = rover_step(vo_.result().T_prev_cur);
   const double distance = step.t.norm();
   step.t *= trim_.scale;
   step.q = (step.q * lift({0.0, 0.0, trim_.yaw_rad_per_m * distance}).q).normalized();
-  T_site_rover_vo_ = T_site_rover_vo_ * step;
+  T_site_rover_.vo = T_site_rover_.vo * step;
   const Pose2 before = planar(T_map_rover());
-  T_site_rover_ = T_site_rover_ * fusion_.calibrated(step);
+  T_site_rover_.corrected = T_site_rover_.corrected * fusion_.calibrated(step);
   const Pose3 now = T_map_rover();
   const Pose2 after = planar(now);
   PlanarStep planar_step;
   planar_step.d_map_m = after.translation() - before.translation();
   planar_step.turn_rad = wrap_angle(after.yaw_rad - before.yaw_rad);
   planar_step.covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, now);
+  planar_step.sound = !primed_ || agrees_with_priors();
   fusion_.propagate(planar_step);
+  trust_.on(unseen_ > 0 ? TrustEvent::kCaughtUp : TrustEvent::kStepMeasured);
+  if (!planar_step.sound) trust_.on(TrustEvent::kDoubted);
+  mark_reference();
+}
+
+/// Over all frames since VO's reference. Where they differ nobody knows who is right.
+bool Localizer::agrees_with_priors() {
+  const Pose3 step = rover_step(vo_.result().T_prev_cur);
+  const Pose3 prior_step = rover_step(vo_.predicted());
+  const Mat3 covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, Pose3());
+  if (watch_.compare(step, covariance, prior_step) == WatchStatus::kClear) return true;
+  watch_status_ = WatchStatus::kContradicted;
+  const Pose3 between = prior_step.inverse() * step;
+  fusion_.doubt(between.t.norm(), quat_log(between.q).norm());
+  tear_local_map();
+  return false;
+}
+
+/// Frames that VO cannot use, or that never came.
+void Localizer::hidden(std::uint32_t frames, const Pose3* motion_prior) {
+  if (motion_prior != nullptr) {
+    const Pose3 step = rover_step(*motion_prior);
+    T_site_rover_ = {T_site_rover_.corrected * step, T_site_rover_.vo * step};
+    fusion_.coast(step);
+  } else {
+    fusion_.hold(frames);
+  }
+  primed_ = primed_ && motion_prior != nullptr;
+  unseen_ += frames;
+  trust_.on(TrustEvent::kHeld);
+}
+
+/// VO lost its way: from its old reference on, as it was predicted.
+void Localizer::guessed() {
+  const Pose3 step = rover_step(vo_.predicted());
+  T_site_rover_ = {at_reference_.corrected * step, at_reference_.vo * step};
+  if (have_prior_) {
+    fusion_.coast(rover_step(prior_));
+  } else {
+    fusion_.hold(1);
+  }
+  tear_local_map();
+  trust_.on(TrustEvent::kGuessed);
+  mark_reference();
+}
+
+/// Boulders seen before a step that may be far off do not lie where those seen after it will: a fix of both
+/// would be right about one half, and about the rover wrong.
+void Localizer::tear_local_map() {
+  if (fusion_.unsound_xy_m() > params_.map_fix.search.evidence.sigma_pair_m) tracks_.forget_all();
+}
+
+void Localizer::mark_reference() {
+  at_reference_ = T_site_rover_;
+  watch_.used();
+  fusion_.give_up();
+  unseen_ = 0;
+  primed_ = true;
 }
 
 Progress Localizer::step_boulders(WorkBudget& budget) {
   if (stage_ == FrameStage::kBoulders) {
-    const Pose3 T_site_cam = T_site_rover_ * rig_.T_rover_cam;
+    const Pose3 T_site_cam = T_site_rover_.corrected * rig_.T_rover_cam;
     const ObserveStatus status = observer_.start(left_, right_, vo_.disparity_plane(), T_site_cam);
     const bool refused = status == ObserveStatus::kBadInput;
     if (refused) ++health_.boulders[static_cast<std::size_t>(status)];
@@ -227,7 +318,7 @@ void Localizer::begin_fix() {
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
   fix_.local_boulders = static_cast<std::uint16_t>(local_map_.size());
-  fix_pivot_map_m_ = planar(T_map_rover()).translation();
+  fix_pivot_map_m_ = T_map_site_ * planar(at_reference_.corrected).translation();
   fusion_.snapshot();
   trust_.snapshot();
   if (params_.correction == CorrectionMode::kWeighted) {
@@ -246,21 +337,21 @@ void Localizer::begin_registration() {
     finish_fix(FixStatus::kNoMap);
     return;
   }
-  const Vec2 pivot_site_m = planar(T_site_rover_).translation();
+  const Vec2 pivot_site_m = planar(at_reference_.corrected).translation();
   const IcpStatus status = icp_.start(params_.icp, map_window_, local_map_, T_map_site_, pivot_site_m);
   if (status != IcpStatus::kRunning) finish_fix(fix_status(status));
 }
 
 void Localizer::begin_map_fix() {
-  const Vec2 pivot_site_m = planar(T_site_rover_).translation();
+  const Vec2 pivot_site_m = planar(at_reference_.corrected).translation();
   fix_.lost = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
   MapFixParams params = params_.map_fix;
   params.search.verdict.prior_log_odds =
       confirmed_by_fix_ && trust_.state() == Trust::kConfirmed ? params_.track_log_odds : 0.0;
   const MapFixStatus status =
-      fix_.lost
-          ? map_fix_.start_lost(params, map_, local_map_, T_map_site_, pivot_site_m, SearchRegion())
-          : map_fix_.start_tracked(params, map_, local_map_, T_map_site_, pivot_site_m, fusion_.covariance());
+      fix_.lost ? map_fix_.start_lost(params, map_, local_map_, T_map_site_, pivot_site_m, SearchRegion())
+                : map_fix_.start_tracked(params, map_, local_map_, T_map_site_, pivot_site_m,
+                                         fusion_.covariance_at_reference());
   if (status != MapFixStatus::kRunning) finish_fix(fix_status(status));
 }
 
@@ -370,10 +461,10 @@ void Localizer::finish_fix(FixStatus status) {
 }
 
 Pose3 Localizer::vo_T_map_cam() const {
-  return lift(T_map_site_start_) * T_site_rover_vo_ * rig_.T_rover_cam;
+  return lift(T_map_site_start_) * T_site_rover_.vo * rig_.T_rover_cam;
 }
 
-Pose3 Localizer::T_map_rover() const { return lift(T_map_site_) * T_site_rover_; }
+Pose3 Localizer::T_map_rover() const { return lift(T_map_site_) * T_site_rover_.corrected; }
 
 Pose3 Localizer::T_map_cam() const { return T_map_rover() * rig_.T_rover_cam; }
 

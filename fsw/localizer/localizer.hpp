@@ -19,6 +19,12 @@
 /// `kWhole` is the paper's variant: ICP from the VO pose, believed where it converges and taken whole, which
 /// makes the early path worse than plain VO.
 ///
+/// Frames without a motion. While VO's reference stands, the pose is held or goes by motion priors, and sigma
+/// grows by what the rover may do; the next good pair measures the whole way from the reference, and what was
+/// held or told by priors counts no more. Where VO loses its reference the pose is guessed for good: sigma
+/// keeps what the guess may be off, trust tells of it, and where that is more than a pair's own error the
+/// boulders seen before are forgotten. The same where a motion prior contradicts VO (vo_watch.hpp).
+///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
 /// to 1, it is looked for in the whole map.
 ///
@@ -37,6 +43,7 @@
 #include "localizer/pose_fusion.hpp"
 #include "localizer/trust.hpp"
 #include "localizer/visual_odometry.hpp"
+#include "localizer/vo_watch.hpp"
 #include "orbital_map/orbital_map.hpp"
 #include "registration/icp.hpp"
 
@@ -63,6 +70,7 @@ struct LocalizerParams {
   CorrectionMode correction = CorrectionMode::kWeighted;
   FusionParams fusion;
   TrustParams trust;
+  WatchParams watch;
   MapFixParams map_fix;
   /// Odds, as their logarithm, that a track which a fix has confirmed is on the right map near
   /// the right pose.
@@ -82,15 +90,17 @@ enum class CAIRN_NODISCARD LocalizerStatus : std::uint8_t {
   kNoStart,  ///< no start pose was given yet
 };
 
-/// How the pose of a frame came about.
+/// How the pose of a frame came about. After kHeld and kPrior the next good frame measures the whole way
+/// from VO's reference.
 enum class PoseSource : std::uint8_t {
   kNone,          ///< no start pose yet
   kStart,         ///< first frame after the start pose
   kVo,            ///< moved by VO
-  kHeld,          ///< image missing or unusable: the pose before; the next good frame catches up
-  kExtrapolated,  ///< VO lost its way: moved by the motion prior or the last step, and counted
+  kHeld,          ///< pair unusable, no motion prior: the pose before
+  kExtrapolated,  ///< VO lost its way: moved from its reference by motion priors or the last step; counted
+  kPrior,         ///< pair unusable: moved by the motion prior
 };
-inline constexpr std::size_t kPoseSourceCount = 5;
+inline constexpr std::size_t kPoseSourceCount = 6;
 static_assert(enum_has<PoseSource, kPoseSourceCount>());
 
 /// What became of a registration: one cause each.
@@ -149,6 +159,7 @@ struct LocalizerHealth {
   std::uint32_t abandoned_boulders = 0;  ///< frames whose boulders were not finished in time
   std::uint32_t dropped_tracks = 0;
   std::uint32_t bad_priors = 0;
+  std::array<std::uint32_t, kWatchStatusCount> watch{};  ///< by WatchStatus
 };
 
 class Localizer {
@@ -195,6 +206,7 @@ class Localizer {
   const PoseFusion& fusion() const { return fusion_; }
   const FixRecord& last_fix() const { return fix_; }
   Trust trust() const { return trust_.state(); }
+  WatchStatus watch() const { return watch_status_; }       ///< of this frame
   const LocalMap& local_map() const { return local_map_; }  ///< of the last begin_fix
   const LocalizerHealth& health() const { return health_; }
   const VisualOdometry& vo() const { return vo_; }
@@ -214,7 +226,13 @@ class Localizer {
   /// The prior, or null for none and for one that is no pose, which is counted.
   const Pose3* checked(const Pose3* motion_prior);
   void take_vo_result();
-  void move(const Pose3& T_prev_cur);
+  Pose3 rover_step(const Pose3& T_prev_cur) const;
+  void measured();
+  bool agrees_with_priors();
+  void hidden(std::uint32_t frames, const Pose3* motion_prior);
+  void guessed();
+  void mark_reference();
+  void tear_local_map();
   void begin_site(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   void begin_registration();  ///< the paper's, and ...
   void begin_map_fix();       ///< ... with search and verdict
@@ -236,12 +254,21 @@ class Localizer {
 
   ImageU8 left_;
   ImageU8 right_;
-  Pose3 T_site_rover_;     ///< VO, its steps calibrated by what fixes told
-  Pose3 T_site_rover_vo_;  ///< VO alone
+  /// The rover in `site`.
+  struct Track {
+    Pose3 corrected;  ///< VO, its steps calibrated by what fixes told
+    Pose3 vo;         ///< VO alone
+  };
+  Track T_site_rover_;
+  Track at_reference_;        ///< at the last frame that VO measured, began from or gave up
+  std::uint32_t unseen_ = 0;  ///< frames since then
+  bool primed_ = true;        ///< all of these had a motion prior, and this one has
+  Pose3 prior_;
+  bool have_prior_ = false;
   Pose2 T_map_site_start_;
   Pose2 T_map_site_;
   PoseFusion fusion_;
-  Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot
+  Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot, or at VO's reference before it
   std::uint32_t applied_frame_ = 0;        ///< snapshot of the last fix applied; 0: none since the start
 
   VisualOdometry vo_;
@@ -252,6 +279,8 @@ class Localizer {
   IcpJob icp_;
   MapFix map_fix_;
   TrustState trust_;
+  VoWatch watch_;
+  WatchStatus watch_status_ = WatchStatus::kClear;
   double against_nats_ = 0.0;      ///< of fixes that were declined since the last one applied
   bool confirmed_by_fix_ = false;  ///< an applied fix, and nothing since that speaks against it
   FixRecord fix_;                  ///< its status says whether one is open: kRunning

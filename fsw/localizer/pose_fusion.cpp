@@ -40,6 +40,16 @@ bool is_usable(const FixOffset& fix) {
   return is_covariance(fix.covariance) && is_finite({fix.offset[0], fix.offset[1], fix.offset[2]});
 }
 
+/// A heading is somewhere within a turn.
+Mat3 with_a_heading(const Mat3& covariance) {
+  Mat3 out = covariance;
+  if (out(2, 2) > kTurnedAnyhow * kTurnedAnyhow) {
+    out(2, 2) = kTurnedAnyhow * kTurnedAnyhow;
+    out(0, 2) = out(2, 0) = out(1, 2) = out(2, 1) = 0.0;
+  }
+  return out;
+}
+
 double clamped(double v, double limit) { return v > limit ? limit : (v < -limit ? -limit : v); }
 
 }  // namespace
@@ -142,7 +152,7 @@ ErrorUpdate updated(const ErrorCovariance& P, const Vec3& offset, const Mat3& co
 void PoseFusion::init(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad) {
   params_ = params;
   rates_ = rates_before_fix_ = {};
-  hidden_ = lost_ = {};
+  hidden_ = run_ = {};
   P_ = errors_at_start(params, sigma_xy_m, sigma_yaw_rad);
   snapshot();
 }
@@ -156,7 +166,7 @@ Pose3 PoseFusion::calibrated(const Pose3& step) const {
 }
 
 void PoseFusion::propagate(const PlanarStep& step) {
-  settle();
+  if (step.sound) run_ = {};
   const ErrorGrowth g = growth(params_, step);
   P_ = grown(P_, g);
   since_snapshot_.F = ErrorCovariance(g.F.lazyProduct(since_snapshot_.F));
@@ -171,44 +181,50 @@ void PoseFusion::hold(std::uint32_t frames) {
 void PoseFusion::coast(const Pose3& prior_step) {
   const double length = std::sqrt(prior_step.t.squaredNorm());
   hidden_.yaw_rad += params_.prior_share * quat_log(prior_step.q).norm() + params_.prior_sigma_rad;
-  const double heading = hidden_.yaw_rad + lost_.yaw_rad;
+  const double heading = hidden_.yaw_rad + std::sqrt(P_(2, 2));
   hidden_.xy_m += (params_.prior_share + (heading < 1.0 ? heading : 1.0)) * length;
+}
+
+void PoseFusion::doubt(double xy_m, double yaw_rad) {
+  hidden_.xy_m += xy_m;
+  hidden_.yaw_rad += yaw_rad;
+  give_up();
 }
 
 void PoseFusion::caught_up() { hidden_ = {}; }
 
 void PoseFusion::give_up() {
-  lost_.xy_m += hidden_.xy_m;
-  lost_.yaw_rad += hidden_.yaw_rad;
-  hidden_ = {};
-}
-
-/// What is hidden for good becomes noise like any other.
-void PoseFusion::settle() {
-  const double xy = lost_.xy_m * lost_.xy_m;
-  const double yaw =
-      lost_.yaw_rad < kTurnedAnyhow ? lost_.yaw_rad * lost_.yaw_rad : kTurnedAnyhow * kTurnedAnyhow;
+  const double xy = hidden_variance_m2();
+  const double yaw = hidden_variance_rad2();
   for (ErrorCovariance* m : {&P_, &since_snapshot_.Q}) {
     (*m)(0, 0) += xy;
     (*m)(1, 1) += xy;
     (*m)(2, 2) += yaw;
   }
-  lost_ = {};
+  run_.xy_m += hidden_.xy_m;
+  run_.yaw_rad += hidden_.yaw_rad;
+  hidden_ = {};
+}
+
+/// Of what is hidden, on top of the run that is in P: errors that go the same way add up themselves.
+double PoseFusion::hidden_variance_m2() const { return (2.0 * run_.xy_m + hidden_.xy_m) * hidden_.xy_m; }
+
+double PoseFusion::hidden_variance_rad2() const {
+  const double all = run_.yaw_rad + hidden_.yaw_rad;
+  const double before = run_.yaw_rad < kTurnedAnyhow ? run_.yaw_rad : kTurnedAnyhow;
+  const double after = all < kTurnedAnyhow ? all : kTurnedAnyhow;
+  return after * after - before * before;
 }
 
 Mat3 PoseFusion::covariance() const {
-  const double xy = hidden_.xy_m + lost_.xy_m;
-  const double yaw = hidden_.yaw_rad + lost_.yaw_rad;
   Mat3 out = P_.topLeftCorner<3, 3>();
-  out(0, 0) += xy * xy;
-  out(1, 1) += xy * xy;
-  out(2, 2) += yaw * yaw;
-  if (out(2, 2) > kTurnedAnyhow * kTurnedAnyhow) {
-    out(2, 2) = kTurnedAnyhow * kTurnedAnyhow;
-    out(0, 2) = out(2, 0) = out(1, 2) = out(2, 1) = 0.0;
-  }
-  return out;
+  out(0, 0) += hidden_variance_m2();
+  out(1, 1) += hidden_variance_m2();
+  out(2, 2) += hidden_variance_rad2();
+  return with_a_heading(out);
 }
+
+Mat3 PoseFusion::covariance_at_reference() const { return with_a_heading(P_.topLeftCorner<3, 3>()); }
 
 double PoseFusion::sigma_xy_m() const {
   const Mat3 now = covariance();
@@ -218,19 +234,14 @@ double PoseFusion::sigma_xy_m() const {
 double PoseFusion::sigma_yaw_rad() const { return std::sqrt(covariance()(2, 2)); }
 
 void PoseFusion::snapshot() {
-  settle();
   snapshot_P_ = P_;
-  snapshot_hidden_ = hidden_;
   since_snapshot_ = {};
 }
 
 FusionResult PoseFusion::update(const FixOffset& fix, double fresh) {
   FusionResult refused;
   if (!is_usable(fix) || !(fresh > 0.0 && fresh <= 1.0)) return refused;
-  Mat3 R = fix.covariance / fresh;
-  R(0, 0) += snapshot_hidden_.xy_m * snapshot_hidden_.xy_m;
-  R(1, 1) += snapshot_hidden_.xy_m * snapshot_hidden_.xy_m;
-  R(2, 2) += snapshot_hidden_.yaw_rad * snapshot_hidden_.yaw_rad;
+  const Mat3 R = fix.covariance / fresh;
   ErrorUpdate u = updated(snapshot_P_, fix.offset, R);
   const double chi2 = u.chi2;
   refused.status = FusionStatus::kInconsistent;
@@ -251,7 +262,6 @@ FusionResult PoseFusion::update(const FixOffset& fix, double fresh) {
 FusionResult PoseFusion::relocate(const FixOffset& fix) {
   if (!is_usable(fix)) return {};
   rates_ = rates_before_fix_;
-  lost_ = {};
   // Of the common errors nothing is forgotten; they are the map's.
   ErrorCovariance P = errors_at_start(params_, kAnywhere_m, kTurnedAnyhow * 10.0);
   P.bottomRightCorner<3, 3>() = snapshot_P_.bottomRightCorner<3, 3>();
@@ -274,8 +284,8 @@ FusionResult PoseFusion::take(const ErrorUpdate& update, bool with_rates) {
     out.since = {F(0, 3) * k + F(0, 4) * w, F(1, 3) * k + F(1, 4) * w, F(2, 3) * k + F(2, 4) * w};
   }
   P_ = grown(update.P, since_snapshot_);
+  run_ = {};
   snapshot_P_ = P_;
-  snapshot_hidden_ = hidden_;
   since_snapshot_ = {};
   return out;
 }

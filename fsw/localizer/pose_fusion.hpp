@@ -25,8 +25,10 @@
 /// Frames that VO does not measure. What the rover does in them is bounded and not random: it goes on, or it
 /// stands. So their sigmas add up as they are, not as roots of sums of squares; 3 sigma is the bound. They
 /// are kept beside P as `hidden`, since VO may yet measure the whole way from its reference: then it was
-/// never hidden (`caught_up`). Where the reference is lost (`give_up`) it stays, and goes into P with the
-/// next step that VO measures.
+/// never hidden (`caught_up`). Where the reference is lost it goes into P (`give_up`) as
+/// (run + hidden)^2 - run^2, where run is all that went there since the last sound step; and so does what VO
+/// and a motion prior differ by (`doubt`). A fix in the meantime speaks of the reference: the boulders were
+/// seen before it.
 ///
 /// Source: Kalman filter, e.g. Maybeck 1979, chapter 5; late measurements by a kept state as in stochastic
 /// cloning (Roumeliotis and Burdick 2002); states of errors in common as in Schmidt 1966, but estimated. The
@@ -70,6 +72,7 @@ struct PlanarStep {
   Vec2 d_map_m = Vec2(0.0, 0.0);
   double turn_rad = 0.0;
   Mat3 covariance = Mat3::Zero();  ///< x, y, yaw, in map
+  bool sound = true;               ///< nothing speaks against it
 };
 /// From VO's covariance (vo/motion.hpp, right of the step in the camera) that of the rover's x, y and
 /// yaw in map.
@@ -129,19 +132,25 @@ class PoseFusion {
   void hold(std::uint32_t frames);
   /// A frame without VO, moved by a motion prior (any frame; length and angle count).
   void coast(const Pose3& prior_step);
+  /// The step that VO is about to measure may be off by so much.
+  void doubt(double xy_m, double yaw_rad);
   /// VO is about to measure from its reference: what was hidden since comes to nothing.
   void caught_up();
-  /// VO's reference is lost: what was hidden stays hidden.
+  /// VO's reference is lost: what was hidden stays in P.
   void give_up();
 
+  /// Sigma of all that was hidden or doubted since the last sound step.
+  double unsound_xy_m() const { return run_.xy_m + hidden_.xy_m; }
   double sigma_xy_m() const;  ///< root of the mean variance of x and y
   double sigma_yaw_rad() const;
-  /// Of the rover's x, y and yaw in `map`, with what is hidden.
+  /// Of the rover's x, y and yaw in `map`, with what is hidden ...
   Mat3 covariance() const;
+  /// ... and where VO's reference was taken, of which the next fix speaks.
+  Mat3 covariance_at_reference() const;
   double scale() const { return rates_.scale; }                    ///< k
   double turn_rad_per_m() const { return rates_.turn_rad_per_m; }  ///< w
 
-  /// The pose that the next fix speaks of is the present one.
+  /// The pose that the next fix speaks of is the present one, or the last one before it that is not hidden.
   void snapshot();
   /// Takes in a registration of the snapshot's pose.
   FusionResult update(const FixOffset& fix, double fresh);
@@ -158,17 +167,17 @@ class PoseFusion {
     double xy_m = 0.0;
     double yaw_rad = 0.0;
   };
+  double hidden_variance_m2() const;
+  double hidden_variance_rad2() const;
   FusionResult take(const ErrorUpdate& update, bool with_rates);
-  void settle();
 
   FusionParams params_;
   ErrorCovariance P_ = ErrorCovariance::Zero();
   Rates rates_;
   Rates rates_before_fix_;
   Unseen hidden_;  ///< since VO's reference
-  Unseen lost_;    ///< before it, and not yet in P
+  Unseen run_;     ///< given up or doubted since the last sound step: in P
   ErrorCovariance snapshot_P_ = ErrorCovariance::Zero();
-  Unseen snapshot_hidden_;
   ErrorGrowth since_snapshot_;
 };
 

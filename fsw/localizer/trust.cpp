@@ -17,7 +17,7 @@ constexpr Trust kNext[kTrustEvents][kTrustStates] = {
     {O, O, U, L},  // kHeld
     {U, U, U, L},  // kGuessed
     {U, U, U, L},  // kDoubted
-    {C, C, C, C},  // kFixAccepted
+    {C, O, C, C},  // kFixAccepted
     {U, U, U, L},  // kFixInconsistent
     {C, O, U, L},  // kFixDeclined
     {C, O, U, L},  // kFixUndecided
@@ -32,6 +32,7 @@ void TrustState::init(const TrustParams& params) {
   params_ = params;
   state_ = Trust::kLost;
   since_ = Trust::kConfirmed;
+  held_ = false;
   refusals_ = 0;
 }
 
@@ -41,12 +42,13 @@ void TrustState::on(TrustEvent event) {
     case TrustEvent::kStartGiven:
     case TrustEvent::kStartUnknown:
       since_ = Trust::kConfirmed;
+      held_ = false;
       refusals_ = 0;
       break;
-    case TrustEvent::kStepMeasured:
     case TrustEvent::kCaughtUp:
     case TrustEvent::kHeld:
-    case TrustEvent::kGuessed:
+    case TrustEvent::kGuessed: held_ = event == TrustEvent::kHeld; [[fallthrough]];
+    case TrustEvent::kStepMeasured:
     case TrustEvent::kDoubted: since_ = next(since_, event); break;
     case TrustEvent::kFixAccepted:
       state_ = since_;

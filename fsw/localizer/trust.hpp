@@ -14,7 +14,7 @@
 /// | kHeld            | coasting    |             |             |           |
 /// | kGuessed         | unconfirmed | unconfirmed |             |           |
 /// | kDoubted         | unconfirmed | unconfirmed |             |           |
-/// | kFixAccepted     | confirmed   | confirmed   | confirmed   | confirmed |
+/// | kFixAccepted     | confirmed   |             | confirmed   | confirmed |
 /// | kFixInconsistent | unconfirmed | unconfirmed |             |           |
 /// | kFixDeclined     |             |             |             |           |
 /// | kFixUndecided    |             |             |             |           |
@@ -24,9 +24,9 @@
 /// kFixAccepted or a command between them: lost, from any state. kFixUndecided neither counts nor
 /// ends the row.
 ///
-/// A fix speaks of the frame of its snapshot. Where frames were held or guessed between that and its
-/// arrival, it does not confirm them: kFixAccepted then leads to where these frames would have led from
-/// a confirmed pose.
+/// A fix speaks of the frame of its snapshot or, where that was held, of the last one before it that was not.
+/// Frames that were held or guessed between that and its arrival it does not confirm: kFixAccepted then leads
+/// to where these frames would have led from a confirmed pose.
 #pragma once
 
 #include <cstdint>
@@ -68,7 +68,7 @@ class TrustState {
   /// kLost: no start pose yet.
   void init(const TrustParams& params);
   /// The frame that the next fix speaks of.
-  void snapshot() { since_ = Trust::kConfirmed; }
+  void snapshot() { since_ = held_ ? Trust::kCoasting : Trust::kConfirmed; }
   void on(TrustEvent event);
 
   Trust state() const { return state_; }
@@ -79,6 +79,7 @@ class TrustState {
   TrustParams params_;
   Trust state_ = Trust::kLost;
   Trust since_ = Trust::kConfirmed;  ///< the state, were the pose of the snapshot confirmed
+  bool held_ = false;                ///< frames since VO's reference, whatever the state
   std::uint32_t refusals_ = 0;
 };
 

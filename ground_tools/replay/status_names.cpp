@@ -18,7 +18,7 @@ std::string pick(const char* const (&names)[N], std::uint8_t value) {
 }  // namespace
 
 std::string pose_source_name(std::uint8_t value) {
-  static const char* const names[] = {"none", "start", "vo", "held", "extrapolated"};
+  static const char* const names[] = {"none", "start", "vo", "held", "extrapolated", "prior"};
   return pick<kPoseSourceCount>(names, value);
 }
 
@@ -78,6 +78,11 @@ std::string map_fix_status_name(std::uint8_t value) {
                                       "weak_geometry",
                                       "bad_input"};
   return pick<kMapFixStatusCount>(names, value);
+}
+
+std::string watch_status_name(std::uint8_t value) {
+  static const char* const names[] = {"clear", "frozen", "contradicted", "own_hardware"};
+  return pick<kWatchStatusCount>(names, value);
 }
 
 std::string trust_name(std::uint8_t value) {

@@ -12,6 +12,7 @@ std::string vo_status_name(std::uint8_t value);       ///< VoStatus
 std::string observe_status_name(std::uint8_t value);  ///< ObserveStatus
 std::string fix_status_name(std::uint8_t value);      ///< FixStatus
 std::string map_fix_status_name(std::uint8_t value);  ///< MapFixStatus
+std::string watch_status_name(std::uint8_t value);    ///< WatchStatus
 std::string trust_name(std::uint8_t value);
 std::string map_status_name(std::uint8_t value);  ///< MapStatus
 std::string task_name(std::uint8_t value);        ///< cfg::Task

@@ -26,7 +26,8 @@ FrameReport frame_report() {
   r.pose_source = 0x21;
   r.vo_status = 0x22;
   r.boulder_status = 0x23;
-  r.trust = 0x24;
+  r.watch = 0x24;
+  r.trust = 0x25;
   r.T_map_cam_vo = kVoPose;
   r.T_map_cam = kPose;
   r.sigma_xy_m = 0.125F;
@@ -55,7 +56,7 @@ PacketBytes frame_bytes() {
   b.u64(0x1112131415161718ULL);
   b.u8(0x19);
   b.u16(0x1A1B);
-  for (const unsigned v : {0x21U, 0x22U, 0x23U, 0x24U}) b.u8(v);
+  for (const unsigned v : {0x21U, 0x22U, 0x23U, 0x24U, 0x25U}) b.u8(v);
   b.pose(kVoPose);
   b.pose(kPose);
   b.f32(0.125F);
@@ -141,6 +142,7 @@ HealthReport health_report() {
   std::uint32_t next = 0xA0000001U;
   r.frames = next++;
   for (std::uint32_t& v : r.vo) v = next++;
+  for (std::uint32_t& v : r.watch) v = next++;
   for (std::uint32_t& v : r.boulders) v = next++;
   for (std::uint32_t& v : r.fixes) v = next++;
   for (std::uint32_t& v : r.overruns) v = next++;
@@ -160,7 +162,7 @@ HealthReport health_report() {
 
 PacketBytes health_bytes() {
   PacketBytes b(5, kSequence);
-  for (std::uint32_t i = 1; i <= 61; ++i) b.u32(0xA0000000U + i);
+  for (std::uint32_t i = 1; i <= 65; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
   b.u32(0x01020304U);
   b.finish();
@@ -218,11 +220,11 @@ void check_round_trip(const Report& report, const PacketBytes& expected, int exp
 }
 
 void test_every_byte_is_as_the_icd_says(void**) {
-  check_round_trip(frame_report(), frame_bytes(), 1, 193);
+  check_round_trip(frame_report(), frame_bytes(), 1, 194);
   check_round_trip(fix_report(), fix_bytes(), 2, 99);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 261);
+  check_round_trip(health_report(), health_bytes(), 5, 277);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -297,9 +299,9 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FrameReport>(fix_bytes(), 99), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 261), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 277), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
-  assert_status(status_of<UploadReport>(frame_bytes(), 193), PacketStatus::kOtherType);
+  assert_status(status_of<UploadReport>(frame_bytes(), 194), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {
     damaged = ack_bytes();
     damaged.data()[0] = static_cast<std::uint8_t>(type);

@@ -417,9 +417,11 @@ void test_a_motion_prior_serves_the_pair_that_it_names(void**) {
   Pose3 far;  // 0.3 m forward: nothing like the drive's own steps
   far.t.z() = 0.3;
   bool upside_down = false;
+  std::size_t place = 20;
   const auto lost = [&]() -> double {  // head over heels, and back: VO loses its way
-    host::Picture l = left(20);
-    host::Picture r = right(20);
+    ++place;
+    host::Picture l = left(place);
+    host::Picture r = right(place);
     upside_down = !upside_down;
     if (upside_down) {
       std::reverse(l.pixels.begin(), l.pixels.end());

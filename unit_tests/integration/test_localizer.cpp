@@ -323,6 +323,129 @@ void test_lost(void**) {
   }
 }
 
+Trust trust() { return localizer.trust(); }
+
+/// Whatever happened: the pose is within three of the sigmas that are claimed for it.
+void assert_honest(std::size_t index) {
+  const Pose3 truth = *data.truth_cam(index);
+  assert_at_most(xy_error_m(localizer.T_map_cam(), truth), 3.0 * localizer.fusion().sigma_xy_m());
+  assert_at_most(std::fabs(yaw_error_deg(localizer.T_map_cam(), truth)) * kRadPerDeg,
+                 3.0 * localizer.fusion().sigma_yaw_rad());
+}
+
+Pose3 true_step(std::size_t index) { return data.truth_cam(index - 1)->inverse() * *data.truth_cam(index); }
+
+/// Pictures go dark for a while. Without priors the pose is held, and the rover may be anywhere near; with
+/// them it goes along. Short: the next good pair bridges it, as if nothing had been. Long: it stays doubtful.
+void test_dark_frames(void**) {
+  const Pair missing;
+  for (const std::size_t dark : {std::size_t{3}, kShort}) {
+    for (const bool with_priors : {false, true}) {
+      begin();
+      run(0, 4);
+      assert_status(trust(), Trust::kConfirmed);
+      const double before = localizer.fusion().sigma_xy_m();
+      for (std::size_t i = 4; i < 4 + dark; ++i) {
+        const Pose3 prior = true_step(i);
+        frame(localizer, missing, with_priors ? &prior : nullptr);
+        assert_status(localizer.pose_source(), with_priors ? PoseSource::kPrior : PoseSource::kHeld);
+        assert_status(trust(), Trust::kCoasting);
+        assert_honest(i);
+        if (with_priors) assert_at_most(error_m(i), 0.01);
+      }
+      assert_at_least(localizer.fusion().sigma_xy_m(), std::hypot(before, 0.005 * static_cast<double>(dark)));
+      const bool bridged = dark == 3;
+      for (std::size_t i = 4 + dark; i < 6 + dark; ++i) {
+        frame(localizer, pair_of(i));
+        assert_honest(i);
+      }
+      assert_status(localizer.pose_source(), PoseSource::kVo);
+      assert_status(trust(), bridged ? Trust::kConfirmed : Trust::kUnconfirmed);
+      if (bridged) {
+        assert_at_most(error_m(5 + dark), 0.015);
+        assert_at_most(localizer.fusion().sigma_xy_m(), before + 0.002);
+      } else {
+        assert_at_least(localizer.fusion().sigma_xy_m(),
+                        std::hypot(before, 0.005 * static_cast<double>(dark)));
+      }
+    }
+  }
+}
+
+/// Pairs that never came: VO goes over them, farther than the mission allows from frame to frame.
+void test_missed_pairs(void**) {
+  LocalizerParams params;
+  params.vo.max_step_m = 0.1;
+  begin(params);
+  run(0, 4);
+  const Pair& pair = pair_of(6);
+  localizer.miss(2, nullptr);
+  frame(localizer, pair);
+  assert_status(localizer.pose_source(), PoseSource::kVo);
+  assert_int_equal(localizer.vo().result().frames, 3);
+  assert_at_most(error_m(6), 0.015);
+  assert_at_most(localizer.fusion().sigma_xy_m(), 0.03);
+  assert_status(trust(), Trust::kConfirmed);
+  frame(localizer, pair_of(7));  // the step of one frame is a third of what was measured
+  assert_int_equal(localizer.vo().result().frames, 1);
+  assert_at_most(error_m(7), 0.015);
+  // Where VO can't go over it, what the missed pairs hide stays.
+  begin();
+  run(0, 4);
+  const Pair& far = pair_of(70);
+  localizer.miss(65, nullptr);
+  frame(localizer, far);
+  assert_status(localizer.pose_source(), PoseSource::kExtrapolated);
+  assert_status(trust(), Trust::kUnconfirmed);
+  assert_honest(70);
+  frame(localizer, pair_of(71));
+  assert_honest(71);
+  assert_status(trust(), Trust::kUnconfirmed);
+}
+
+/// A camera that delivers its last pair again, while the rover drives on.
+void test_frozen_pair(void**) {
+  for (const bool with_priors : {false, true}) {
+    begin();
+    run(0, 4);
+    for (std::size_t i = 4; i < 7; ++i) {
+      const Pose3 prior = true_step(i);
+      frame(localizer, pair_of(3), with_priors ? &prior : nullptr);
+      assert_status(localizer.watch(), WatchStatus::kFrozen);
+      assert_status(localizer.pose_source(), with_priors ? PoseSource::kPrior : PoseSource::kHeld);
+      assert_status(trust(), Trust::kCoasting);
+      assert_honest(i);
+    }
+    frame(localizer, pair_of(7));
+    assert_status(localizer.watch(), WatchStatus::kClear);
+    assert_status(trust(), Trust::kConfirmed);
+    assert_at_most(error_m(7), 0.015);
+    assert_int_equal(localizer.health().watch[static_cast<int>(WatchStatus::kFrozen)], 3);
+  }
+}
+
+/// A prior that tells of another motion: the pose is VO's, but no longer sure of itself.
+void test_contradicted(void**) {
+  begin();
+  run(0, 4);
+  Pose3 prior = true_step(4);
+  frame(localizer, pair_of(4), &prior);
+  assert_status(localizer.watch(), WatchStatus::kClear);
+  assert_status(trust(), Trust::kConfirmed);
+  const double before = localizer.fusion().sigma_xy_m();
+  prior = true_step(5);
+  prior.t *= -2.0;
+  frame(localizer, pair_of(5), &prior);
+  assert_status(localizer.watch(), WatchStatus::kContradicted);
+  assert_status(localizer.pose_source(), PoseSource::kVo);
+  assert_status(trust(), Trust::kUnconfirmed);
+  assert_at_least(localizer.fusion().sigma_xy_m(), std::hypot(before, 2.5 * true_step(5).t.norm()));
+  assert_at_most(error_m(5), 0.015);
+  frame(localizer, pair_of(6));
+  assert_status(localizer.watch(), WatchStatus::kClear);
+  assert_status(trust(), Trust::kUnconfirmed);
+}
+
 void test_motion_priors(void**) {
   begin();
   run(0, 2);
@@ -651,6 +774,10 @@ int main() {
       cmocka_unit_test(test_spoiled_first_frame),
       cmocka_unit_test(test_dropped_frames),
       cmocka_unit_test(test_lost),
+      cmocka_unit_test(test_dark_frames),
+      cmocka_unit_test(test_missed_pairs),
+      cmocka_unit_test(test_frozen_pair),
+      cmocka_unit_test(test_contradicted),
       cmocka_unit_test(test_motion_priors),
       cmocka_unit_test(test_unfinished_boulders_are_counted),
       cmocka_unit_test(test_maps_that_are_none),

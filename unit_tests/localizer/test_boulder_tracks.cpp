@@ -155,6 +155,19 @@ void test_votes_after_tracks_are_forgotten(void**) {
 }
 
 /// A vote for a track that left the window meanwhile, or for a sighting that there was not.
+void test_all_forgotten(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}, {2.0, 0.0}}, 1);
+  tracks.forget_all();
+  build();
+  assert_int_equal(map.size(), 0);
+  update({{1.0, 0.0, 1}}, 2);  // its vote is for nothing, its number new
+  build();
+  assert_int_equal(map.size(), 1);
+  assert_int_equal(map[0].sightings, 1);
+  assert_int_equal(map[0].id, 2);
+}
+
 void test_votes_for_nothing(void**) {
   TrackParams p = show_all();
   p.window_frames = 5;
@@ -281,6 +294,7 @@ int main() {
       cmocka_unit_test(test_window),
       cmocka_unit_test(test_window_across_the_wrap_of_the_frame_number),
       cmocka_unit_test(test_votes_after_tracks_are_forgotten),
+      cmocka_unit_test(test_all_forgotten),
       cmocka_unit_test(test_votes_for_nothing),
       cmocka_unit_test(test_merging_keeps_the_older),
       cmocka_unit_test(test_merging_goes_on_until_all_are_apart),

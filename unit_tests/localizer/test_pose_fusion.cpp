@@ -753,22 +753,62 @@ void test_caught_up_and_given_up(void**) {
   fusion.caught_up();  // only the last two
   assert_near(fusion.sigma_xy_m(), std::hypot(0.02, 3.0 * p.unseen_step_m), 1e-12);
   assert_near(fusion.sigma_yaw_rad(), std::hypot(0.004, 3.0 * p.unseen_step_rad), 1e-12);
-  // With the next step it becomes noise, whose turn acts on the way.
+  // And its turn acts on the way from here.
   fusion.propagate(step_of(1.0, 0.0));
   assert_at_least(fusion.covariance()(1, 1),
                   std::pow(3.0 * p.unseen_step_rad, 2) + std::pow(3.0 * p.unseen_step_m, 2));
   assert_at_least(fusion.covariance()(1, 2), std::pow(3.0 * p.unseen_step_rad, 2));
 }
 
-/// A fix of a frame that was held speaks of a pose that is hidden; and one before the gap is carried over it.
+/// What VO and a prior differ by adds up as long as they do, and is noise once they agree again.
+void test_doubts_add_up(void**) {
+  PoseFusion fusion;
+  fusion.init({}, 0.02, 0.004);
+  PlanarStep doubtful;
+  doubtful.sound = false;
+  for (int i = 0; i < 10; ++i) {
+    fusion.doubt(0.03, 0.01);
+    fusion.propagate(doubtful);
+  }
+  assert_near(fusion.sigma_xy_m(), std::hypot(0.02, 0.30), 1e-12);
+  assert_near(fusion.sigma_yaw_rad(), std::hypot(0.004, 0.10), 1e-12);
+  fusion.propagate(PlanarStep());
+  fusion.doubt(0.03, 0.01);
+  fusion.propagate(doubtful);
+  assert_near(fusion.sigma_xy_m(), std::sqrt(0.02 * 0.02 + 0.30 * 0.30 + 0.03 * 0.03), 1e-12);
+  fusion.caught_up();
+  assert_near(fusion.sigma_xy_m(), std::sqrt(0.02 * 0.02 + 0.30 * 0.30 + 0.03 * 0.03), 1e-12);
+}
+
+/// A heading about which nothing is known is not known less by another gap, nor does a drive from there
+/// claim errors that no circle allows many times over.
+void test_a_heading_is_lost_once(void**) {
+  const FusionParams p;
+  PoseFusion fusion;
+  fusion.init(p, 0.02, 0.004);
+  for (int gap = 0; gap < 5; ++gap) {
+    fusion.hold(100);
+    fusion.give_up();
+  }
+  assert_near(fusion.sigma_yaw_rad(), 1.8, 1e-4);
+  const double xy = fusion.sigma_xy_m();
+  fusion.propagate(step_of(10.0, 0.0));
+  assert_at_most(std::sqrt(fusion.covariance()(1, 1)), std::hypot(xy, 1.9 * 10.0));
+}
+
+/// A fix of a frame that was held speaks of the reference before it, and what is hidden stays on top; one
+/// before the gap is carried over it.
 void test_fixes_about_hidden_frames(void**) {
   const FusionParams p = without_common();
   PoseFusion fusion;
   fusion.init(p, 0.10, 0.01);
   fusion.hold(4);
-  assert_status(fuse(fusion, Vec3(0.3, 0.0, 0.0), diagonal(0.01, 0.01)).status, FusionStatus::kFused);
+  assert_near(fusion.covariance_at_reference()(0, 0), 0.01, 1e-12);
+  assert_status(fuse(fusion, Vec3(1.0, 0.0, 0.0), diagonal(0.01, 0.01)).status, FusionStatus::kInconsistent);
+  assert_status(fuse(fusion, Vec3(0.1, 0.0, 0.0), diagonal(0.01, 0.01)).status, FusionStatus::kFused);
+  assert_at_least(fusion.sigma_xy_m(), 4.0 * p.unseen_step_m);
   fusion.caught_up();
-  assert_at_least(fusion.sigma_xy_m(), 0.08);  // hardly better known
+  assert_at_most(fusion.sigma_xy_m(), 0.02);
   fusion.init(p, 0.10, 0.01);
   fusion.snapshot();
   fusion.hold(4);
@@ -878,6 +918,8 @@ int main() {
       cmocka_unit_test(test_hidden_motion_is_within_three_sigmas),
       cmocka_unit_test(test_coasting_on_priors),
       cmocka_unit_test(test_caught_up_and_given_up),
+      cmocka_unit_test(test_doubts_add_up),
+      cmocka_unit_test(test_a_heading_is_lost_once),
       cmocka_unit_test(test_fixes_about_hidden_frames),
       cmocka_unit_test(test_rates_are_bounded),
       cmocka_unit_test(test_relocation),

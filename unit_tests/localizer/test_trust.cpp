@@ -73,7 +73,8 @@ void test_latched(void**) {
 
 void test_fixes(void**) {
   for (const Trust from : {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost}) {
-    assert_status(after(from, TrustEvent::kFixAccepted), Trust::kConfirmed);
+    assert_status(after(from, TrustEvent::kFixAccepted),
+                  from == Trust::kCoasting ? Trust::kCoasting : Trust::kConfirmed);
     assert_status(after(from, TrustEvent::kFixUndecided), from);
     assert_status(after(from, TrustEvent::kFixDeclined), from);
   }
@@ -132,6 +133,24 @@ void test_late_fix(void**) {
   assert_status(late(TrustEvent::kStartGiven), Trust::kConfirmed);  // which forgets the fix's frame
 }
 
+/// A fix of a frame that was held confirms the frame of VO's reference; what came after it is still held.
+void test_fix_of_a_held_frame(void**) {
+  for (const Trust from : {Trust::kConfirmed, Trust::kUnconfirmed, Trust::kLost}) {
+    for (const bool caught_up : {false, true}) {
+      TrustState t = in_state(from);
+      t.on(TrustEvent::kHeld);
+      t.snapshot();
+      t.on(TrustEvent::kFixAccepted);
+      assert_status(t.state(), Trust::kCoasting);
+      t.on(caught_up ? TrustEvent::kCaughtUp : TrustEvent::kGuessed);
+      assert_status(t.state(), caught_up ? Trust::kConfirmed : Trust::kUnconfirmed);
+      t.snapshot();
+      t.on(TrustEvent::kFixAccepted);
+      assert_status(t.state(), Trust::kConfirmed);
+    }
+  }
+}
+
 /// Any order: what makes a pose confirmed is a command, a fix, or a bridge over frames that were only held.
 void test_any_order(void**) {
   Random random(5);
@@ -173,6 +192,7 @@ int main() {
       cmocka_unit_test(test_refused_too_often),
       cmocka_unit_test(test_only_rows_count),
       cmocka_unit_test(test_late_fix),
+      cmocka_unit_test(test_fix_of_a_held_frame),
       cmocka_unit_test(test_any_order),
   };
   return cmocka_run_group_tests_name("localizer/trust", tests, nullptr, nullptr);

@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x11DD21D9U, 0, 0};
-constexpr Golden kWhole = {35, 0xA00914CEU, 0x6873B7E5U, 0x520BB28CU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x2A95A43FU, 0, 0};
+constexpr Golden kWhole = {35, 0x38032EA5U, 0x6873B7E5U, 0x520BB28CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
