@@ -3,15 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "replay/status_names.hpp"
 
 namespace cairn::ground {
 
-FixVerdict judge_fix(bool applied, double before_m, double after_m) {
+FixVerdict judge_fix(bool applied, double after_m, double sigma_axis_m) {
   if (!applied) return FixVerdict::kDeclined;
   if (after_m <= kRightWithin_m) return FixVerdict::kRight;
-  return after_m > before_m ? FixVerdict::kFalse : FixVerdict::kWeak;
+  const double sigma_m = std::sqrt(2.0) * sigma_axis_m;
+  return after_m > kFalseBeyond_m && after_m > 3.0 * sigma_m ? FixVerdict::kFalse : FixVerdict::kWeak;
 }
 
 const char* name_of(FixVerdict verdict) {
@@ -36,7 +38,7 @@ std::vector<JudgedFix> judge_fixes(const Replay& replay, const Drive& drive) {
     j.report = fix;
     j.after_m = error_m.norm();
     j.before_m = Vec2(error_m - moved_m).norm();
-    j.verdict = judge_fix(applied, j.before_m, j.after_m);
+    j.verdict = judge_fix(applied, j.after_m, static_cast<double>(fix.sigma_xy_m));
     judged.push_back(j);
   }
   return judged;

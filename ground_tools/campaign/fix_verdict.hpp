@@ -2,9 +2,11 @@
 ///
 /// The error is that of the rover's position in x and y. A fix that was applied is
 ///   right     where the pose after it is within 0.15 m of truth,
-///   false     where it is farther than that, and farther than the pose before it,
-///   weak      else: farther than that, but no farther than before.
-/// One with any other status is declined.
+///   false     where it is more than 0.3 m and more than three sigmas off: believed, and wrong,
+///   weak      else: in between, or farther off and known to be.
+/// One with any other status is declined. What the error was before counts for nothing: a fix that makes a
+/// lost rover less lost and certain is false. Sigma is the root of the trace of the position's covariance
+/// after the fix, as in the point-set trials (unit_tests/bench/bench_fix.cpp).
 #pragma once
 
 #include <cstdint>
@@ -18,8 +20,10 @@ namespace cairn::ground {
 enum class FixVerdict : std::uint8_t { kRight, kWeak, kDeclined, kFalse };
 inline constexpr int kFixVerdicts = 4;
 inline constexpr double kRightWithin_m = 0.15;
+inline constexpr double kFalseBeyond_m = 0.3;
 
-FixVerdict judge_fix(bool applied, double before_m, double after_m);
+/// `sigma_axis_m`: after the fix, of x and y each, in the mean (FixReport::sigma_xy_m).
+FixVerdict judge_fix(bool applied, double after_m, double sigma_axis_m);
 const char* name_of(FixVerdict verdict);
 
 struct JudgedFix {

@@ -34,7 +34,7 @@ std::vector<ForecastFix> fixes_of(const Forecast& made, const CsvTable& table, s
   for (const FixStation& s : made.stations) stations[s.frame + frames_to_apply()] = &s;
   std::vector<ForecastFix> fixes;
   const std::size_t frame = table.column("frame"), vo = table.column("vo"), status = table.column("status");
-  const std::size_t before = table.column("before_m"), after = table.column("after_m");
+  const std::size_t after = table.column("after_m"), sigma = table.column("sigma_xy_m");
   for (std::size_t row = 0; row < table.size(); ++row) {
     const auto at = stations.find(static_cast<std::size_t>(table.number(row, frame)));
     if (at == stations.end()) continue;
@@ -44,7 +44,7 @@ std::vector<ForecastFix> fixes_of(const Forecast& made, const CsvTable& table, s
     fix.forecast = *at->second;
     fix.applied = table.word(row, status) == "applied";
     fix.after_m = table.any_number(row, after);
-    fix.verdict = judge_fix(fix.applied, table.any_number(row, before), fix.after_m);
+    fix.verdict = judge_fix(fix.applied, fix.after_m, table.any_number(row, sigma));
     fixes.push_back(fix);
   }
   return fixes;

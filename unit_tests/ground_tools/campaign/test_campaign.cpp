@@ -117,17 +117,18 @@ void test_maps_and_kinds_come_equally_often(void**) {
 // ---- judging ----------------------------------------------------------------------------------------------
 
 void test_verdicts_at_each_border(void**) {
-  const double over = std::nextafter(kRightWithin_m, 1.0);
-  assert_true(kRightWithin_m == 0.15);
+  const auto over = [](double v) { return std::nextafter(v, 1.0e9); };
+  assert_true(kRightWithin_m == 0.15 && kFalseBeyond_m == 0.3);
   assert_true(judge_fix(true, 0.0, 0.0) == FixVerdict::kRight);
-  assert_true(judge_fix(true, 0.0, 0.15) == FixVerdict::kRight);  // worse than before, and near enough
-  assert_true(judge_fix(true, 9.0, 0.15) == FixVerdict::kRight);
-  assert_true(judge_fix(true, over, over) == FixVerdict::kWeak);  // no farther than before
-  assert_true(judge_fix(true, 0.15, over) == FixVerdict::kFalse);
-  assert_true(judge_fix(true, 0.5, 0.4) == FixVerdict::kWeak);
-  assert_true(judge_fix(true, 0.5, std::nextafter(0.5, 1.0)) == FixVerdict::kFalse);
+  assert_true(judge_fix(true, 0.15, 1.0e-9) == FixVerdict::kRight);
+  assert_true(judge_fix(true, over(0.15), 1.0e-9) == FixVerdict::kWeak);
+  assert_true(judge_fix(true, 0.3, 1.0e-9) == FixVerdict::kWeak);
+  assert_true(judge_fix(true, over(0.3), 1.0e-9) == FixVerdict::kFalse);
+  // A sigma of 0.5 m on each axis: three times the root of the trace are 2.1 m.
+  assert_true(judge_fix(true, 2.12, 0.5) == FixVerdict::kWeak);
+  assert_true(judge_fix(true, 2.13, 0.5) == FixVerdict::kFalse);
   assert_true(judge_fix(false, 0.0, 0.0) == FixVerdict::kDeclined);
-  assert_true(judge_fix(false, 0.1, 9.0) == FixVerdict::kDeclined);
+  assert_true(judge_fix(false, 9.0, 0.1) == FixVerdict::kDeclined);
 }
 
 /// A drive of known poses along x, without images.
@@ -164,6 +165,7 @@ void add_fix(const Track& track, Replay& replay, std::size_t index, FixStatus st
   fix.status = static_cast<std::uint8_t>(status);
   fix.dx_m = moved_m.x();
   fix.dy_m = moved_m.y();
+  fix.sigma_xy_m = 0.05F;
   replay.fixes.push_back(fix);
 }
 
@@ -171,22 +173,22 @@ void test_fixes_of_a_replay_are_judged(void**) {
   static Track track;
   static Replay replay;
   add_fix(track, replay, 0, FixStatus::kApplied, Vec2(0.06, 0.08), Vec2(-0.3, 0.08));
-  add_fix(track, replay, 1, FixStatus::kApplied, Vec2(0.3, 0.0), Vec2(0.2, 0.0));
-  add_fix(track, replay, 2, FixStatus::kApplied, Vec2(0.3, 0.0), Vec2(-0.2, 0.0));
+  add_fix(track, replay, 1, FixStatus::kApplied, Vec2(0.4, 0.0), Vec2(-0.2, 0.0));  // better, and false
+  add_fix(track, replay, 2, FixStatus::kApplied, Vec2(0.2, 0.0), Vec2(0.2, 0.0));   // worse, and but weak
   add_fix(track, replay, 3, FixStatus::kBeyondLimit, Vec2(0.3, 0.4), Vec2(0.2, 0.0));
   const std::vector<JudgedFix> fixes = judge_fixes(replay, track);
   assert_int_equal(fixes.size(), 4);
   const FixVerdict expected[] = {FixVerdict::kRight, FixVerdict::kFalse, FixVerdict::kWeak,
                                  FixVerdict::kDeclined};
-  const double before_m[] = {0.36, 0.1, 0.5, 0.5};
-  const double after_m[] = {0.1, 0.3, 0.3, 0.5};
+  const double before_m[] = {0.36, 0.6, 0.0, 0.5};
+  const double after_m[] = {0.1, 0.4, 0.2, 0.5};
   for (std::size_t i = 0; i < 4; ++i) {
     assert_true(fixes[i].verdict == expected[i]);
     assert_near(fixes[i].before_m, before_m[i], 1e-9);
     assert_near(fixes[i].after_m, after_m[i], 1e-9);
   }
   const std::string rows = to_csv_rows(fixes, "worse");
-  assert_non_null(std::strstr(rows.c_str(), "worse,101,applied,false,0.1000,0.3000,"));
+  assert_non_null(std::strstr(rows.c_str(), "worse,101,applied,false,0.6000,0.4000,"));
   assert_non_null(std::strstr(rows.c_str(), "worse,103,beyond_limit,declined,0.5000,0.5000,"));
 }
 
