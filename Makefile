@@ -159,6 +159,14 @@ bench-fix: ## point-set trials of the fix: per cent right, declined, false (N=tr
 	$(call ready,test,-s $(B)/bench_fix)
 	@$(B)/bench_fix --trials $(N) $(SUITES)
 
+# Fields as SEED-ELEVATION-AZIMUTH of the sun: to fit to, and to judge by.
+WEIGHTS_FIT  := 201-45-135 202-55-250 203-35-60 204-65-320
+WEIGHTS_HELD := 211-40-100 212-60-200
+shadow-weights: ## fit the shadow method's weights to rendered fields, beside today's; changes nothing (10 min, 1.5 GB)
+	$(call ready,build,$(CAIRN) $(B)/shadow_weights)
+	@unit_tests/ground_tools/detect/shadow_weights.sh $(CAIRN) $(B)/shadow_weights build/shadow-weights \
+	  '$(WEIGHTS_FIT)' '$(WEIGHTS_HELD)'
+
 bench-map: ## speed and memory of `cairn map build` on up to 60000 x 60000 pixels, OpenCV beside it (1.2 GB of disk)
 	$(call ready,test,$(CAIRN) $(B)/bench_map)
 	@$(B)/bench_map $(CAIRN) build/bench-map
@@ -365,6 +373,8 @@ PROFILER_MODEL := $(filter-out %/plugin.cpp,$(wildcard ground_tools/profile/plug
 $(B)/tests/ground_tools/profile/test_profile_model: $(call obj,$(PROFILER_MODEL))
 $(B)/tests/ground_tools/profile/test_profile_plugin: $(PROFILER)
 $(WITH_PROGRAM): $(CAIRN)
+$(B)/shadow_weights: $(B)/unit_tests/ground_tools/detect/shadow_weights.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/codec_table: $(B)/unit_tests/ground_tools/cmap/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/tests/integration/%: $(B)/unit_tests/integration/%.o $(LIBS_ALL)
