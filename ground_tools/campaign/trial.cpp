@@ -193,6 +193,12 @@ void run_trial(Trial& trial, const fs::path& folder, const TrialOptions& wanted,
         });
     if (&map == &maps[0]) trial = of_map;
   }
+  if (!wanted.troubles.empty()) {
+    const std::vector<TroubledRun> runs =
+        run_troubles(drive, maps[0].bytes, trial.setup.seed, wanted.troubles,
+                     [&](double share) { progress(1.0 - 0.05 * (1.0 - share)); });
+    write_file(folder / "troubles.csv", to_csv(runs));
+  }
   trial.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
 }
 

@@ -12,6 +12,7 @@
 #include "campaign/reliability.hpp"
 #include "campaign/reliability_plot.hpp"
 #include "campaign/trial.hpp"
+#include "campaign/trouble.hpp"
 #include "commands/commands.hpp"
 #include "forecast/model_file.hpp"
 
@@ -26,6 +27,7 @@ struct CampaignOptions {
   fs::path output;
   bool keep = false;
   bool sparse = false;
+  std::vector<Trouble> troubles;
   fs::path model;  ///< of the forecast
 };
 
@@ -64,6 +66,19 @@ std::vector<TrialForecast> forecasts_of(const std::vector<Trial>& trials, const 
   return made;
 }
 
+/// Those of all trials that have any.
+std::vector<TroubledRun> troubles_of(const std::vector<Trial>& trials, const fs::path& folder) {
+  std::vector<TroubledRun> all;
+  std::error_code ignored;
+  for (const Trial& trial : trials) {
+    const fs::path file = folder / std::to_string(trial.setup.seed) / "troubles.csv";
+    if (!fs::exists(file, ignored)) continue;
+    const std::vector<TroubledRun> runs = read_troubles(file);
+    all.insert(all.end(), runs.begin(), runs.end());
+  }
+  return all;
+}
+
 void campaign(const CampaignOptions& options) {
   ForecastModel model = mission_model();
   if (!options.model.empty()) read_model(options.model, model);
@@ -81,7 +96,8 @@ void campaign(const CampaignOptions& options) {
             fmt::print("errors at the end in x, y; fixes right/weak/declined/false\n");
             std::fflush(stdout);
           }
-          run_trial(trial, options.output / std::to_string(trial.setup.seed), {options.keep, options.sparse},
+          run_trial(trial, options.output / std::to_string(trial.setup.seed),
+                    {options.keep, options.sparse, options.troubles},
                     [&](double share) { progress.show((done + share) / to_do); });
           done += 1.0;
           progress.clear();
@@ -92,12 +108,18 @@ void campaign(const CampaignOptions& options) {
   const std::vector<TrialForecast> forecasts = forecasts_of(trials, options.output, model);
   nlohmann::ordered_json summary = findings_json(trials);
   summary["forecast"] = reliability_json(forecasts, model);
+  const std::vector<TroubledRun> troubles = troubles_of(trials, options.output);
+  if (!troubles.empty()) {
+    summary["troubles"] = troubles_json(troubles);
+    write_file(options.output / "troubles.csv", to_csv(troubles));
+  }
   write_file(options.output / "summary.json", summary.dump(2) + "\n");
   write_file(options.output / "reliability.svg", plot_reliability(forecasts));
   write_file(options.output / "forecast.csv", forecast_csv(forecasts));
   write_file(options.output / "forecast_model.json", model_json(fitted(model, forecasts)).dump(2) + "\n");
   write_file(options.output / "campaign.svg", plot_findings(trials));
   print_findings(trials);
+  print_troubles(troubles);
   print_reliability(forecasts, model);
   fmt::print("\nwritten: {}\n",
              (options.output /
@@ -122,6 +144,10 @@ void add_campaign_command(CLI::App& app) {
   command->add_flag("--keep", options->keep, "keep the orthoimages, up to 25 MB per drive");
   command->add_flag("--sparse", options->sparse,
                     "sparse rock fields, where fixes begin to fail: k from 0.02 to 0.032");
+  command->add_option_function<std::string>(
+      "--troubles", [options](const std::string& text) { options->troubles = parse_troubles(text); },
+      "replay each drive under these, too: all, or names of start_error, wrong_site, slip, dark, kidnap "
+      "between commas");
   command->add_option("--model", options->model,
                       "parameters of the forecast (forecast_model.json of another campaign)");
   command->callback([options] { campaign(*options); });

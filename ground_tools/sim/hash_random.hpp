@@ -25,6 +25,7 @@ enum class Stream : std::uint64_t {
   kDust,
   kOrtho,
   kCampaign,
+  kTrouble,
 };
 
 constexpr std::uint64_t mix(std::uint64_t x) {
