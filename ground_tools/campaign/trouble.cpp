@@ -124,10 +124,7 @@ TroubleSetup draw_trouble(std::uint64_t seed, Trouble trouble, std::size_t pairs
       s.start_error = {s.start_sigma_xy_m * gauss(2), s.start_sigma_xy_m * gauss(3),
                        s.start_sigma_yaw_rad * gauss(4)};
       break;
-    case Trouble::kWrongSite:
-      s.mirrored = in(0, 0.0, 1.0) < 0.5;
-      s.turned = !s.mirrored;
-      break;
+    case Trouble::kWrongSite: s.mirrored = true; break;
     case Trouble::kSlip:
       s.gone = static_cast<std::size_t>(in(0, 0.6, 1.2) / step_m);
       s.first = static_cast<std::size_t>(in(1, 0.2, 0.5) * static_cast<double>(pairs));
@@ -162,13 +159,10 @@ PairImages TroubledDrive::images(std::size_t index) const {
 }
 
 std::vector<std::uint8_t> troubled_map(const std::vector<std::uint8_t>& map, const TroubleSetup& setup) {
-  if (!setup.mirrored && !setup.turned) return map;
+  if (!setup.mirrored) return map;
   CmapContent content = decode_cmap(map, "site.cmap");
   const MapExtent& e = content.extent;
-  for (TableBoulder& b : content.boulders) {
-    b.p_map_m.x() = e.min_x_m + e.max_x_m - b.p_map_m.x();
-    if (setup.turned) b.p_map_m.y() = e.min_y_m + e.max_y_m - b.p_map_m.y();
-  }
+  for (TableBoulder& b : content.boulders) b.p_map_m.x() = e.min_x_m + e.max_x_m - b.p_map_m.x();
   return encode_cmap(content.boulders, content.extent, content.quantum_m, {});
 }
 

@@ -1,13 +1,15 @@
 /// What a drive meets when something goes wrong: the axes of a campaign beside VO made worse. Each is a replay
 /// of its own over a trial's drive and map.
 ///
-/// | trouble     | what is wrong, drawn from the seed                                          | what is claimed |
-/// |-------------|-----------------------------------------------------------------------------|-----------------|
-/// | start_error | start off by its sigma: 0.5 to 5 m on an axis, 2 to 20 degrees                | that sigma      |
-/// | wrong_site  | the map is mirrored, or turned by 180 degrees: another place as dense         | 0.05 m, 0.01 rad |
-/// | slip        | the rover slides 0.6 to 1.2 m on between two pairs, some way into the drive   | 0.05 m, 0.01 rad |
-/// | dark        | 9, 25 or 100 pairs in a row are black                                         | 0.05 m, 0.01 rad |
-/// | kidnap      | start 3 to 8 m and 180 degrees off                                            | 0.05 m, 0.01 rad |
+///   start_error  start off by its sigma: 0.5 to 5 m on an axis, 2 to 20 degrees; that sigma is claimed
+///   wrong_site   the map is mirrored: no place in it is a place of the site
+///   slip         the rover slides 0.6 to 1.2 m on between two pairs, some way into the drive
+///   dark         9, 25 or 100 pairs in a row are black
+///   kidnap       start 3 to 8 m and 180 degrees off
+///
+/// All but the first claim a start good to 0.05 m and 0.01 rad.
+///
+/// A map that is turned would be no other site: a lost rover rightly finds itself in it.
 ///
 /// What came of a drive: its fixes by verdict (fix_verdict.hpp), and whether its last pose is right (within
 /// 0.15 m), known to be bad (trust says unconfirmed or lost, or the error is within three sigmas), or neither:
@@ -42,8 +44,7 @@ struct TroubleSetup {
   std::size_t first = 0;  ///< index of the first pair that is gone or black
   std::size_t gone = 0;   ///< pairs that were never taken
   std::size_t black = 0;  ///< pairs without light
-  bool mirrored = false;  ///< the map's x
-  bool turned = false;    ///< by 180 degrees
+  bool mirrored = false;  ///< the map, east for west
 };
 /// Pure: the same seed gives the same. `step_m`: from pair to pair; `pairs`: of the drive, 200 and more for
 /// the longest dark stretch to fit.
@@ -69,7 +70,7 @@ class TroubledDrive : public Drive {
   TroubleSetup setup_;
 };
 
-/// The map that is given to the rover: `map` itself, or mirrored or turned about the middle of its ground.
+/// The map that is given to the rover: `map` itself, or mirrored about the middle of its ground.
 std::vector<std::uint8_t> troubled_map(const std::vector<std::uint8_t>& map, const TroubleSetup& setup);
 
 /// What came of one drive.
