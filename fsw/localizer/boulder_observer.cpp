@@ -97,6 +97,7 @@ void BoulderObserver::lift(const StereoProbe& probe) {
   px.u_left = probe.u - 0.5;  // centre of an even window
   px.v_left = px.v_right = probe.v - 0.5;
   px.u_right = px.u_left - d;
+  if (params_.own.covers(px.u_left, px.v_left)) return;
   const Vec3 p_cam = triangulate(rig_, px);
   const Vec3 ray = T_site_cam_.q * p_cam;
   if (ray.x() * ray.x() + ray.y() * ray.y() > params_.max_range_m * params_.max_range_m) return;

@@ -16,6 +16,7 @@
 #include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
 #include "features/stereo_probe.hpp"
+#include "geometry/own_hardware.hpp"
 #include "geometry/stereo_rig.hpp"
 #include "labeling/clustering.hpp"
 #include "labeling/evidence.hpp"
@@ -33,6 +34,7 @@ struct BoulderParams {
   ClusteringParams clustering{Linkage::kSingle, cfg::kMission.boulder_cut_m};
   BoulderCentre centre = BoulderCentre::kFootprint;
   double max_range_m = cfg::kMission.boulder_max_range_m;
+  OwnHardware own;               ///< nothing there is a boulder
   double probe_sigma_px = 0.25;  ///< of a probed disparity
   int min_points = 3;            ///< of a cluster
   int min_votes = 1;

@@ -225,6 +225,7 @@ void Localizer::measured() {
   planar_step.d_map_m = after.translation() - before.translation();
   planar_step.turn_rad = wrap_angle(after.yaw_rad - before.yaw_rad);
   planar_step.covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, now);
+  if (vo_.result().own_points > 0) watch_status_ = WatchStatus::kOwnHardware;
   planar_step.sound = !primed_ || agrees_with_priors();
   fusion_.propagate(planar_step);
   trust_.on(unseen_ > 0 ? TrustEvent::kCaughtUp : TrustEvent::kStepMeasured);

@@ -118,7 +118,7 @@ void StereoFrameJob::collect() {
       point.keypoint = sampson_correct({l.u, l.v, r.u, r.v});
       point.d_px = point.keypoint.disparity_px();
       point.v_px = point.keypoint.v_left;
-      point.valid = point.d_px >= params_.min_disparity_px;
+      point.valid = point.d_px >= params_.min_disparity_px && !params_.own.covers(l.u, l.v);
       points_ += point.valid ? 1 : 0;
     }
     frame_->points.append(point);

@@ -7,6 +7,8 @@ namespace {
 
 constexpr double kRealignPx = 0.75;  // mean square shift of the predictions that asks for another alignment
 constexpr double kMinDepth = 0.05;
+constexpr double kStill_px = 0.5;   // between two pictures, of a point that does not move
+constexpr double kMoves_px = 3.0;   // of one that the motion moves
 constexpr int kMostElapsed = 1000;  // frames; over more than that no reference lasts
 constexpr float kIdentity[4] = {1.0F, 0.0F, 0.0F, 1.0F};
 
@@ -185,6 +187,8 @@ void VisualOdometry::begin_ransac() {
     pairs_.append(pair);
   }
   result_.matches = static_cast<int>(pairs_.size());
+  still_pairs_ = 0;
+  if (!params_.paper_exact) split_still_pairs();
   const MotionStatus status = ransac_.start(params_.motion, rig_, pairs_);
   if (status != MotionStatus::kRunning) {
     if (!wide_) {
@@ -197,10 +201,65 @@ void VisualOdometry::begin_ransac() {
   phase_ = Phase::kRansac;
 }
 
+/// Those that move come first, in their order; the others stay behind the end.
+void VisualOdometry::split_still_pairs() {
+  const auto stands = [this](const MotionPair& pair) {
+    const StereoPixel before = project(rig_, pair.p_ref_m);
+    return std::fabs(before.u_left - pair.seen.u_left) < kStill_px &&
+           std::fabs(before.v_left - pair.seen.v_left) < kStill_px &&
+           std::fabs(before.u_right - pair.seen.u_right) < kStill_px;
+  };
+  std::size_t still = 0;
+  for (const MotionPair& pair : pairs_) still += stands(pair) ? 1U : 0U;
+  const auto least = static_cast<std::size_t>(params_.motion.min_inliers);
+  if (still < least || pairs_.size() - still < least) return;
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    if (stands(pairs_[i])) continue;
+    const MotionPair pair = pairs_[i];
+    pairs_[i] = pairs_[moving];
+    pairs_[moving++] = pair;
+  }
+  still_pairs_ = still;
+  pairs_.resize(moving);
+}
+
+void VisualOdometry::leave_out_own_points(const Pose3& T_cur_ref) {
+  const std::size_t moving = pairs_.size();
+  pairs_.resize(moving + still_pairs_);
+  const auto is_own = [&](const MotionPair& pair) {
+    const Vec3 p = T_cur_ref * pair.p_ref_m;
+    if (!(p.z() > kMinDepth)) return false;
+    const StereoPixel moved = project(rig_, p);
+    const double du = moved.u_left - pair.seen.u_left;
+    const double dv = moved.v_left - pair.seen.v_left;
+    return du * du + dv * dv > kMoves_px * kMoves_px;
+  };
+  int own = 0;
+  for (std::size_t i = moving; i < pairs_.size(); ++i) own += is_own(pairs_[i]) ? 1 : 0;
+  if (own >= params_.motion.min_inliers) {
+    result_.own_points = own;
+    for (std::size_t i = moving; i < pairs_.size(); ++i) {
+      if (is_own(pairs_[i])) reference().points[pairs_[i].source].valid = false;
+    }
+    reference().valid_points -= static_cast<std::size_t>(own);
+  }
+  pairs_.resize(moving);
+}
+
 /// Absolute orientation weighs a point at 100 m, whose depth is uncertain by metres, like one at 5 m: its
 /// motion may be off by more than patches can be aligned over. The same inliers on reprojection error come to
 /// within a pixel.
 void VisualOdometry::begin_consensus() {
+  if (ransac_.status() != MotionStatus::kEstimated && still_pairs_ > 0) {
+    // What moves is no motion of the rig's: a rover that stands, and matches gone wrong.
+    pairs_.resize(pairs_.size() + still_pairs_);
+    still_pairs_ = 0;
+    const MotionStatus again = ransac_.start(params_.motion, rig_, pairs_);
+    CAIRN_ASSERT(again == MotionStatus::kRunning);
+    phase_ = Phase::kRansac;
+    return;
+  }
   if (ransac_.status() != MotionStatus::kEstimated) {
     if (!wide_) {
       begin_match(true);
@@ -213,6 +272,7 @@ void VisualOdometry::begin_consensus() {
     accept(ransac_.result());
     return;
   }
+  leave_out_own_points(ransac_.result().T_cur_ref);
   std::size_t n = 0;
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     if (ransac_.is_inlier(i)) pairs_[n++] = pairs_[i];  // packed in place
@@ -272,6 +332,7 @@ void VisualOdometry::align_point(std::size_t i) {
   const Vec3 p_cur = T_cur_ref_ * p_ref;
   if (!(p_cur.z() > kMinDepth)) return;
   const StereoPixel predicted = project(rig_, p_cur);
+  if (params_.own.covers(predicted.u_left, predicted.v_left)) return;
   PatchTemplate patch;
   if (cut_template(ref.left.smooth(), f.iu, f.iv, patch) != AlignStatus::kAligned) return;
 

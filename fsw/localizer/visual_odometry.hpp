@@ -5,6 +5,10 @@
 /// of the reference patches in both current images, warped by slope and by that motion; refinement on
 /// reprojection error.
 ///
+/// The rover's own hardware, where the mission does not know of it (geometry/own_hardware.hpp), stands still
+/// in the picture while the ground moves. Matches that stand still are left out of RANSAC where both they and
+/// the others are enough for a motion; those of them that the motion found moves are left out for good.
+///
 /// The reference is an earlier frame, kept while enough of its points are still seen (at most
 /// `max_reference_age` frames): errors then add up once a reference, not once a frame.
 /// `max_reference_age = 1` is frame to frame, as in the paper; `paper_exact` also leaves out every sub-pixel
@@ -57,6 +61,9 @@ struct VoResult {
   int features_right = 0;
   int stereo = 0;   ///< stereo points
   int matches = 0;  ///< from the reference
+  /// Of the matches, points that stand still in the picture where the motion moves them: the rover's own
+  /// hardware. 0 where they are fewer than a motion takes.
+  int own_points = 0;
   int inliers = 0;
   double rms_px = 0.0;
   int frames = 0;  ///< that the motion spans: 1, and those without a usable pair before it
@@ -94,6 +101,8 @@ class VisualOdometry {
   void begin_match(bool wide);
   void begin_ransac();
   void begin_consensus();
+  void split_still_pairs();
+  void leave_out_own_points(const Pose3& T_cur_ref);
   void begin_alignment(const Pose3& T_cur_ref);
   void start_alignment();
   /// True where the refined motion moved the predictions so far that patches left out may now be found.
@@ -132,6 +141,7 @@ class VisualOdometry {
   FixedVector<SearchWindow, cfg::kMaxFeatures> windows_;
   MatchJob match_;
   MotionPairs pairs_;
+  std::size_t still_pairs_ = 0;  ///< that stand behind those in `pairs_`
   RansacMotionJob ransac_;
   RefineMotionJob refine_;
 };

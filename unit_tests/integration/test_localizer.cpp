@@ -446,6 +446,61 @@ void test_contradicted(void**) {
   assert_status(trust(), Trust::kUnconfirmed);
 }
 
+/// A right picture that is a frame late, wherever on the way: no motion is believed that it leads to.
+void test_late_right_image(void**) {
+  static Pair pair;
+  for (std::size_t i = 3; i + 1 < data.frames().size(); i += kSanitized ? 40 : 8) {
+    begin();
+    assert_status(set_start(i - 2), LocalizerStatus::kReady);
+    run(i - 2, i - 1);
+    run(i - 1, i);
+    pair = pair_of(i);
+    pair.right = pair_of(i - 1).right;  // frozen: the one before's
+    frame(localizer, pair);
+    assert_status(localizer.watch(), WatchStatus::kFrozen);
+    pair = pair_of(i + 1);
+    pair.right = pair_of(i).right;  // late, and new
+    frame(localizer, pair);
+    assert_status(localizer.vo().status(), VoStatus::kFewStereo);
+    assert_status(trust(), Trust::kCoasting);
+    assert_honest(i + 1);
+  }
+}
+
+/// The rover's own deck in the lower 40 % of every picture: VO takes its motion from what moves, whether the
+/// mission knows of the deck or not.
+void test_own_hardware(void**) {
+  const auto with_deck = [&](std::size_t i) {
+    static Pair deck, pair;
+    deck = pair_of(0);
+    pair = pair_of(i);
+    for (ground::Image* side : {&pair.left, &pair.right}) {
+      const ground::Image& own = side == &pair.left ? deck.left : deck.right;
+      const auto from =
+          static_cast<std::size_t>(side->height * 6 / 10) * static_cast<std::size_t>(side->width);
+      for (std::size_t k = from; k < side->pixels.size(); ++k) side->pixels[k] = own.pixels[k];
+    }
+    return &pair;
+  };
+  for (const bool known : {false, true}) {
+    LocalizerParams params;
+    const StereoRig rig = rig_of(data);
+    if (known) params.vo.own.boxes[0] = {0, rig.height_px * 6 / 10, rig.width_px, rig.height_px};
+    params.boulders.own = params.vo.own;
+    begin(params);
+    for (std::size_t i = 0; i < kShort; ++i) {
+      frame(localizer, *with_deck(i));
+      if (i == 0) continue;
+      assert_status(localizer.pose_source(), PoseSource::kVo);
+      assert_status(localizer.watch(), known ? WatchStatus::kClear : WatchStatus::kOwnHardware);
+      if (!known) assert_at_least(localizer.vo().result().own_points, 12);
+      if (known) assert_int_equal(localizer.vo().result().own_points, 0);
+      assert_at_most(error_m(i), 0.03);
+      assert_honest(i);
+    }
+  }
+}
+
 void test_motion_priors(void**) {
   begin();
   run(0, 2);
@@ -777,6 +832,8 @@ int main() {
       cmocka_unit_test(test_dark_frames),
       cmocka_unit_test(test_missed_pairs),
       cmocka_unit_test(test_frozen_pair),
+      cmocka_unit_test(test_late_right_image),
+      cmocka_unit_test(test_own_hardware),
       cmocka_unit_test(test_contradicted),
       cmocka_unit_test(test_motion_priors),
       cmocka_unit_test(test_unfinished_boulders_are_counted),
