@@ -44,6 +44,10 @@ double at_most(const std::vector<double>& probabilities, std::size_t most) {
   return std::accumulate(below.begin(), below.end(), 0.0);
 }
 
+std::vector<double> distribution(const std::vector<double>& probabilities) {
+  return count(probabilities, probabilities.size() + 1, kNone).below;
+}
+
 std::vector<double> given_at_least(const std::vector<double>& probabilities, std::size_t least) {
   std::vector<double> given(probabilities.size(), 0.0);
   const double all = at_least(probabilities, least);

@@ -15,6 +15,9 @@ double at_least(const std::vector<double>& probabilities, std::size_t least);
 /// P(at most `most` events), with all its digits however small it is. The same cost.
 double at_most(const std::vector<double>& probabilities, std::size_t most);
 
+/// P(k events) for each k from none to all. Cost n^2.
+std::vector<double> distribution(const std::vector<double>& probabilities);
+
 /// Of each event, the probability that it happened, given that at least `least` did; 0 where that cannot be.
 /// Cost n^2 `least`.
 std::vector<double> given_at_least(const std::vector<double>& probabilities, std::size_t least);

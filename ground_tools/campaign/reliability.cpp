@@ -208,12 +208,12 @@ ordered_json reliability_json(const std::vector<TrialForecast>& trials, const Fo
 
 std::string forecast_csv(const std::vector<TrialForecast>& trials) {
   std::string text =
-      "seed,vo,snapshot,boulders,expected_pairs,p_applied,p_right,sigma_after_m,verdict,after_m\n";
+      "seed,vo,snapshot,boulders,expected_found,p_applied,p_right,sigma_after_m,verdict,after_m\n";
   for (const TrialForecast& t : trials) {
     for (const ForecastFix& f : t.fixes) {
       const FixStation& s = f.forecast;
       text += fmt::format("{},{},{},{},{:.2f},{:.4f},{:.4f},{:.4f},{},{:.4f}\n", f.seed, f.vo, s.frame,
-                          s.boulders, s.pairs, s.applied, s.right,
+                          s.boulders, s.found, s.applied, s.right,
                           std::hypot(s.after.along_m, s.after.across_m), name_of(f.verdict), f.after_m);
     }
   }

@@ -97,7 +97,7 @@ double robust_sigma(std::vector<double> values, double otherwise) {
 DriveEvidence evidence_of(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                           const std::vector<PathPoint>& drive, const LocalMaps& snapshots) {
   const Sweep sweep(model.rig, model.max_range_m, model.tracks);
-  const double gate_m = model.icp.gate_final_m;
+  const double gate_m = model.same_within_m;
   DriveEvidence evidence;
   std::vector<Vec2> residuals_m;
   std::vector<Vec2> map_m;
@@ -175,7 +175,7 @@ ForecastModel fitted(const ForecastModel& model, const std::vector<TrialForecast
   std::vector<double> pair_m;
   double common_squares = 0.0;
   double commons = 0.0;
-  const double gate_m2 = kPi * model.icp.gate_final_m * model.icp.gate_final_m;
+  const double gate_m2 = kPi * model.same_within_m * model.same_within_m;
   for (const TrialForecast& t : trials) {
     const DriveEvidence& e = t.evidence;
     if (e.looks.empty() || !(e.swept_m2 > 0.0)) continue;

@@ -1,5 +1,5 @@
-/// What a drive meets when something goes wrong: the axes of a campaign beside VO made worse. Each is a replay
-/// of its own over a trial's drive and map.
+/// What a drive meets when something goes wrong: the axes of a campaign beside VO made worse. Each is a
+/// replay of its own over a trial's drive and map.
 ///
 ///   start_error  start off by its sigma: 0.5 to 5 m on an axis, 2 to 20 degrees; that sigma is claimed
 ///   wrong_site   the map is mirrored: no place in it is a place of the site
@@ -12,7 +12,7 @@
 /// A map that is turned would be no other site: a lost rover rightly finds itself in it.
 ///
 /// What came of a drive: its fixes by verdict (fix_verdict.hpp), and whether its last pose is right (within
-/// 0.15 m), known to be bad (trust says unconfirmed or lost, or the error is within three sigmas), or neither:
+/// 0.15 m), known to be bad (trust says unconfirmed or lost, or it is within three sigmas), or neither:
 /// misled.
 #pragma once
 

@@ -7,16 +7,15 @@
 
 #include "app/flight_app.hpp"
 #include "base/event_count.hpp"
+#include "forecast/proof.hpp"
 #include "forecast/unmapped.hpp"
 
 namespace cairn::ground {
 namespace {
 
-/// p/A of registration/icp.hpp: how much smaller the mean square of the kept residuals is than that of all.
-double trimming_loss(double trimmed) {
-  const double kept = 1.0 - trimmed;
-  return trimmed > 0.0 ? kept / (kept + trimmed * std::log(trimmed)) : 1.0;
-}
+constexpr double kSure = 0.98;             // of FixStation::needed
+constexpr double kSpotCell_m = 0.25;       // of the swept ground
+constexpr double kVarianceFreedom = 10.0;  // of the pairs' variance in the verdict's covariance
 
 /// The error of localizer/pose_fusion.hpp, of which the covariance alone is carried:
 /// a forecast knows no corrections.
@@ -78,60 +77,62 @@ std::vector<TableBoulder> near_drive(const std::vector<TableBoulder>& boulders,
   return near;
 }
 
-/// The pairs that a fix may come to in a drive of some shift (forecast/detection.hpp),
-/// and what they are worth.
-class Pairs {
+/// What the verdict asks for at a station.
+struct Demand {
+  ProofCase proof;         ///< but for the radius
+  double needed = 0.0;     ///< nats, of a track that no fix has confirmed
+  double confirmed = 0.0;  ///< probability that one has
+};
+
+/// The true boulders that a fix may come to in a drive of some shift (forecast/detection.hpp).
+class TrueOnes {
  public:
-  Pairs(const ForecastModel& model, const PathPoint& at, const std::vector<TableBoulder>& footprint,
-        double shift)
+  TrueOnes(const ForecastModel& model, const PathPoint& at, const std::vector<TableBoulder>& footprint,
+           double shift)
       : model_(model) {
-    const double gate_m = model.icp.gate_final_m;
-    const double by_chance = 1.0 - std::exp(-model.clutter_per_m2 * kPi * gate_m * gate_m);
     for (const TableBoulder& b : footprint) {
-      const double found = std::clamp(b.confidence, 0.0, 1.0) * model.detection(b.diameter_m, shift);
       places_m_.push_back(b.p_map_m - Vec2(at.x_m, at.y_m));
-      found_.push_back(found);
-      paired_.push_back(1.0 - (1.0 - found) * (1.0 - by_chance));
+      found_.push_back(std::clamp(b.confidence, 0.0, 1.0) * model.detection(b.diameter_m, shift));
     }
-    right_ = given_at_least(paired_, fewest_pairs(model.icp));
-    for (std::size_t i = 0; i < right_.size(); ++i)
-      right_[i] *= paired_[i] > 0.0 ? found_[i] / paired_[i] : 0.0;
   }
 
   double found() const { return std::accumulate(found_.begin(), found_.end(), 0.0); }
-  double paired() const { return std::accumulate(paired_.begin(), paired_.end(), 0.0); }
 
-  /// Of the right pairs, expected.
   double lever_m() const {
-    double sum = 0.0;
-    Vec2 mean(0.0, 0.0);
-    for (std::size_t i = 0; i < right_.size(); ++i) {
-      sum += right_[i];
-      mean += right_[i] * places_m_[i];
-    }
+    const double sum = found();
     if (!(sum > 0.0)) return 0.0;
-    mean /= sum;
+    Vec2 mean(0.0, 0.0);
+    for (std::size_t i = 0; i < found_.size(); ++i) mean += found_[i] / sum * places_m_[i];
     double squares = 0.0;
-    for (std::size_t i = 0; i < right_.size(); ++i)
-      squares += right_[i] * (places_m_[i] - mean).squaredNorm();
+    for (std::size_t i = 0; i < found_.size(); ++i)
+      squares += found_[i] * (places_m_[i] - mean).squaredNorm();
     return std::sqrt(squares / sum);
   }
 
-  double enough() const {
-    return lever_m() >= model_.icp.min_lever_m ? at_least(paired_, fewest_pairs(model_.icp)) : 0.0;
+  /// Probability of a proof.
+  double proved(const Proof& proof, const Demand& demand) const {
+    const std::vector<double> counts = distribution(found_);
+    double sum = 0.0;
+    for (std::size_t k = 2; k < counts.size(); ++k) {
+      sum += counts[k] * ((1.0 - demand.confirmed) * proof.passes(k, demand.needed) +
+                          demand.confirmed * proof.passes(k, demand.needed - model_.track_log_odds));
+    }
+    return sum;
   }
 
-  /// On x, y and yaw, by the right pairs of a fix that is applied.
-  Mat3 information() const {
-    const double sigma_m = std::max(model_.sigma_pair_m, model_.icp.sigma_pair_m);
-    const double kept = 1.0 - model_.icp.trim_fraction;
-    const double each = kept / (sigma_m * sigma_m * trimming_loss(model_.icp.trim_fraction));
+  /// On x, y and yaw, by the true pairs of a fix that is applied; `fewest` of them at least.
+  Mat3 information(std::size_t fewest) const {
+    const std::vector<double> right = given_at_least(found_, std::min(fewest, found_.size()));
+    const double pairs = std::accumulate(right.begin(), right.end(), 0.0);
+    const double claimed = std::pow(model_.evidence.sigma_pair_m, 2);
+    const double variance =
+        (kVarianceFreedom * claimed + pairs * std::pow(model_.sigma_pair_m, 2)) / (kVarianceFreedom + pairs);
     Mat3 sum = Mat3::Zero();
-    for (std::size_t i = 0; i < right_.size(); ++i) {
+    for (std::size_t i = 0; i < right.size(); ++i) {
       const Vec2& d = places_m_[i];
       Mat3 of_one;
       of_one << 1.0, 0.0, -d.y(), 0.0, 1.0, d.x(), -d.y(), d.x(), d.squaredNorm();
-      sum += each * right_[i] * of_one;
+      sum += right[i] / std::clamp(variance, 0.25 * claimed, 9.0 * claimed) * of_one;
     }
     return sum;
   }
@@ -140,32 +141,44 @@ class Pairs {
   const ForecastModel& model_;
   std::vector<Vec2> places_m_;  ///< about the rover, map axes
   std::vector<double> found_;
-  std::vector<double> paired_;
-  std::vector<double> right_;  ///< given that the fix is applied
 };
 
 /// Over the drives that there may be. Returns the information of an applied fix.
-Mat3 weigh_pairs(const ForecastModel& model, const std::vector<TableBoulder>& footprint,
-                 FixStation& station) {
+Mat3 weigh_boulders(const ForecastModel& model, const std::vector<TableBoulder>& footprint,
+                    const Demand& demand, FixStation& station) {
   Mat3 information = Mat3::Zero();
+  const double likely = demand.needed - (demand.confirmed > 0.5 ? model.track_log_odds : 0.0);
   for (const ShiftNode& node : kShiftNodes) {
-    const Pairs pairs(model, station.at, footprint, node.shift);
-    const double enough = pairs.enough();
-    station.found += node.weight * pairs.found();
-    station.pairs += node.weight * pairs.paired();
-    station.lever_m += node.weight * pairs.lever_m();
-    station.enough += node.weight * enough;
-    information += node.weight * enough * pairs.information();
+    const TrueOnes ones(model, station.at, footprint, node.shift);
+    const double lever_m = ones.lever_m();
+    station.found += node.weight * ones.found();
+    station.lever_m += node.weight * lever_m;
+    if (!(lever_m > 0.0)) continue;
+    ProofCase of = demand.proof;
+    of.rms_radius_m = lever_m;
+    const Proof proof(of);
+    const double proved = ones.proved(proof, demand);
+    station.applied += node.weight * proved;
+    information += node.weight * proved * ones.information(proof.fewest(likely, 0.5));
+    station.needed += node.weight * static_cast<double>(proof.fewest(likely, kSure));
   }
   station.boulders = static_cast<int>(footprint.size());
-  if (station.enough > 0.0) information /= station.enough;
+  if (station.applied > 0.0) information /= station.applied;
   return information;
 }
 
-/// Of what a fix finds: the pose's error and what the map's boulders have in common.
-Mat2 offset_of_fix(const ErrorCovariance& P) {
-  const Mat2 cross = P.block<2, 2>(0, 5);
-  return P.topLeftCorner<2, 2>() + P.block<2, 2>(5, 5) + cross + cross.transpose();
+/// Boulders a square metre within `radius_m`, the ground cut to the box of all boulders.
+double density_at(const std::vector<TableBoulder>& boulders, const MapExtent& box, const PathPoint& at,
+                  double radius_m) {
+  const Vec2 p(at.x_m, at.y_m);
+  double count = 1.0;
+  for (const TableBoulder& b : boulders) count += (b.p_map_m - p).norm() <= radius_m ? 1.0 : 0.0;
+  const auto side = [&](double middle, double low, double high) {
+    return std::max(0.0, std::min(middle + radius_m, high) - std::max(middle - radius_m, low));
+  };
+  const double share = side(p.x(), box.min_x_m, box.max_x_m) * side(p.y(), box.min_y_m, box.max_y_m) /
+                       (4.0 * radius_m * radius_m);
+  return count / (kPi * radius_m * radius_m * std::max(share, 0.05));
 }
 
 std::vector<BlindStretch> blind_stretches(const Forecast& made, const std::vector<PathPoint>& drive) {
@@ -235,13 +248,6 @@ double within_disc(const Ellipse& ellipse, double radius_m) {
   return 1.0 - outside / kSteps;
 }
 
-std::size_t fewest_pairs(const IcpParams& params) {
-  for (int n = params.min_pairs;; ++n) {
-    if (n - static_cast<int>(params.trim_fraction * n) >= params.min_pairs)
-      return static_cast<std::size_t>(n);
-  }
-}
-
 ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                         const MapExtent& extent) {
   ForecastModel adapted = model;
@@ -254,8 +260,10 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
   CAIRN_ASSERT(!drive.empty());
   const Sweep sweep(model.rig, model.max_range_m, model.tracks);
   const std::vector<TableBoulder> near = near_drive(boulders, drive, sweep.reach_m());
+  const MapExtent box = extent_of(boulders);
   Forecast made;
   ErrorForecast error(model);
+  double never_fixed = 1.0;
   std::size_t frame = 0;
   for (const std::size_t last : fix_frames(drive.size())) {
     for (; frame < last; ++frame) error.drive(drive[frame], drive[frame + 1]);
@@ -265,14 +273,24 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
     std::vector<TableBoulder> footprint;
     std::copy_if(near.begin(), near.end(), std::back_inserter(footprint),
                  [&](const TableBoulder& b) { return sweep.in_footprint(drive, last, b.p_map_m); });
-    const Mat3 information = weigh_pairs(model, footprint, station);
     const ErrorCovariance& before = error.covariance();
+    station.per_m2 = density_at(boulders, box, station.at, model.map_window_radius_m);
+    station.clutter = model.clutter_per_m2 * kSpotCell_m * kSpotCell_m *
+                      static_cast<double>(sweep.spots(drive, last, kSpotCell_m).size());
+    Demand demand;
+    demand.proof.per_m2 = station.per_m2;
+    demand.proof.sigma_m = model.evidence.sigma_pair_m;
+    demand.proof.error_m = model.sigma_pair_m;
+    demand.proof.clutter = station.clutter;
+    demand.proof.log_volume = log_volume_of(before.topLeftCorner<3, 3>());
+    demand.needed = model.verdict.ln_threshold;
+    demand.confirmed = 1.0 - never_fixed;
+    const Mat3 information = weigh_boulders(model, footprint, demand, station);
+    never_fixed *= 1.0 - station.applied;
     station.before = sigma_of(before, station.at.yaw_rad);
-    station.caught = within_disc(ellipse_of(offset_of_fix(before)), model.icp.gate_start_m);
-    station.applied = station.enough * station.caught;
     station.blind = !(station.applied >= model.blind_below);
     const ErrorCovariance after =
-        station.enough > 0.0 ? error.fixed(information, made.stations.empty()) : before;
+        station.applied > 0.0 ? error.fixed(information, made.stations.empty()) : before;
     station.after = sigma_of(after, station.at.yaw_rad);
     station.ellipse = ellipse_of(after.topLeftCorner<2, 2>());
     station.right = station.applied * within_disc(station.ellipse, model.right_within_m);

@@ -3,16 +3,16 @@
 ///
 /// At each fix of the schedule (forecast/sweep.hpp: when, and what ground its local map covers):
 ///
-/// 1. Boulder i of the map in the footprint is found with q_i = c_i d(D_i) (forecast/detection.hpp). Whatever
-///    else the rover takes for a boulder lies within the gate of it with f = 1 - exp(-clutter pi gate^2). So
-///    it is paired with p_i = 1 - (1 - q_i) (1 - f).
-/// 2. The number of pairs N is Poisson-binomial (base/event_count.hpp). The flight module drops its worst
-///    share of them and asks for min_pairs of the rest: there are enough where N >= fewest_pairs(), and where
-///    the right pairs' expected lever is as long as it asks for. The fix is applied where there are enough
-///    and the error before it is within the first gate (`caught`): farther off,
-///    pairs are not what belongs together.
-/// 3. Given that, i is a right pair with w_i = q_i P(N without i >= fewest - 1) / P(N >= fewest). These make
-///    the information matrix of x, y and yaw as in the covariance of registration/icp.hpp.
+/// 1. Boulder i of the map in the footprint is found with q_i = c_i d(D_i) (forecast/detection.hpp).
+/// 2. The number k of true boulders in the local map is Poisson-binomial over them (base/event_count.hpp).
+///    Beside them are `clutter_per_m2` times the ground swept others, as they are on average. Whether they
+///    prove the pose is the verdict's own question, answered in closed form (forecast/proof.hpp) for the
+///    density of the map around there and for the covariance that the fix finds: as the prior is wider, more
+///    is needed. Once a fix was applied the track is confirmed, and the verdict asks for less; that counts
+///    with the probability of it.
+/// 3. Given that, i is a true pair with w_i = q_i P(k without i >= n - 1) / P(k >= n), n the fewest that
+///    pass in half of the cases. These make the information matrix of x, y and yaw. The variance of a pair
+///    is that of the verdict's covariance: its own, weighed against its parameter's with ten degrees of it.
 /// 4. Errors of x, y, yaw and of the rates of scale and turn grow and shrink as in localizer/pose_fusion.hpp.
 ///    What is carried on is the covariance over both outcomes: applied P_after + (1 - applied) P_before.
 ///    What all boulders of a map share (`sigma_common_m`) is one of them.
@@ -21,8 +21,8 @@
 ///
 /// All of 1 to 3 is a mean over the drives that there may be (kShiftNodes).
 ///
-/// Not in it: relief that hides boulders, frames that VO or the boulder search lose, wrong constellations
-/// that look right.
+/// Not in it: relief that hides boulders, frames that VO or the boulder search lose, ground that repeats
+/// itself (ambiguous, chance agreement), errors larger than their sigma.
 #pragma once
 
 #include <cstddef>
@@ -33,15 +33,19 @@
 #include "forecast/sweep.hpp"
 #include "localizer/pose_fusion.hpp"
 #include "orbital_map/cmap_format.hpp"
-#include "registration/icp.hpp"
+#include "registration/verdict.hpp"
 
 namespace cairn::ground {
 
 struct ForecastModel {
   StereoRig rig;  ///< with T_rover_cam
   double max_range_m = cfg::kMission.boulder_max_range_m;
+  double map_window_radius_m = cfg::kMission.map_window_radius_m;  ///< over which density is taken
   TrackParams tracks;
-  IcpParams icp;
+  EvidenceParams evidence;
+  VerdictParams verdict;
+  double track_log_odds = cfg::kMission.track_log_odds;
+  double same_within_m = cfg::kMission.icp_gate_final_m;  ///< a ground boulder and the map's, of campaigns
   FusionParams fusion;
   DetectionCurve detection;
   double clutter_per_m2 = 0.0;    ///< of the swept ground: local boulders that are none of the map's, and
@@ -81,11 +85,11 @@ struct FixStation {
   std::size_t frame = 0;  ///< of the drive
   int boulders = 0;       ///< of the map, in the footprint
   double found = 0.0;     ///< of them, expected
-  double pairs = 0.0;     ///< those and others, expected, before the worst are dropped
-  double lever_m = 0.0;   ///< of the right pairs, expected
-  double enough = 0.0;    ///< probability of enough pairs, well placed
-  double caught = 0.0;    ///< probability that the error before is within the first gate
-  double applied = 0.0;   ///< probability of a fix that is applied, enough x caught
+  double clutter = 0.0;   ///< and others, expected
+  double per_m2 = 0.0;    ///< of the map's boulders around there
+  double needed = 0.0;    ///< fewest true boulders that prove the pose in 98 cases of 100
+  double lever_m = 0.0;   ///< rms distance of the true ones from their mean, expected
+  double applied = 0.0;   ///< probability of a fix that is applied
   double right = 0.0;     ///< and that leaves the pose right
   PoseSigma before;       ///< of the error that the fix finds, whatever became of those before it
   PoseSigma after;     ///< of the error that it leaves where it is applied; that before it where it cannot be
@@ -108,9 +112,6 @@ struct Forecast {
   std::vector<BlindStretch> blind;
   PoseSigma at_end;
 };
-
-/// Fewest pairs within the gate that leave `min_pairs` when the worst are dropped.
-std::size_t fewest_pairs(const IcpParams& params);
 
 /// The model for a map: what the map is too coarse for is added to the clutter (forecast/unmapped.hpp).
 ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,

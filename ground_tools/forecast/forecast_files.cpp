@@ -41,10 +41,10 @@ ordered_json json_of(const FixStation& s) {
           {"frame", s.frame},
           {"boulders", s.boulders},
           {"expected_found", rounded(s.found, 0.01)},
-          {"expected_pairs", rounded(s.pairs, 0.01)},
+          {"expected_clutter", rounded(s.clutter, 0.01)},
+          {"map_per_m2", rounded(s.per_m2, 0.001)},
+          {"true_needed", rounded(s.needed, 0.1)},
           {"lever_m", metres(s.lever_m)},
-          {"p_enough", share(s.enough)},
-          {"p_caught", share(s.caught)},
           {"p_applied", share(s.applied)},
           {"p_right", share(s.right)},
           {"before", json_of(s.before)},
@@ -125,7 +125,7 @@ double blind_m(const Forecast& made) {
 std::string to_text(const Forecast& made, const ForecastModel& model, const std::vector<PathPoint>& drive) {
   std::string text =
       fmt::format("{:>7} {:>9} {:>9} {:>5} {:>6} {:>6} {:>7} {:>6}  {:>7} {:>7} {:>7}  {:>7} {:>7} {:>7}\n",
-                  "arc", "x", "y", "bould", "found", "pairs", "applied", "right", "before:", "across", "yaw",
+                  "arc", "x", "y", "bould", "found", "need", "applied", "right", "before:", "across", "yaw",
                   "after:", "across", "yaw");
   text +=
       fmt::format("{:>7} {:>9} {:>9} {:>5} {:>6} {:>6} {:>7} {:>6}  {:>7} {:>7} {:>7}  {:>7} {:>7} {:>7}\n",
@@ -135,7 +135,7 @@ std::string to_text(const Forecast& made, const ForecastModel& model, const std:
         "{:>7.2f} {:>9.2f} {:>9.2f} {:>5} {:>6.1f} {:>6.1f} {:>7.3f} {:>6.3f}  {:>7.3f} {:>7.3f} {:>7.3f}  "
         "{:>7.3f} "
         "{:>7.3f} {:>7.3f}{}\n",
-        s.at.arc_m, s.at.x_m, s.at.y_m, s.boulders, s.found, s.pairs, s.applied, s.right, s.before.along_m,
+        s.at.arc_m, s.at.x_m, s.at.y_m, s.boulders, s.found, s.needed, s.applied, s.right, s.before.along_m,
         s.before.across_m, s.before.yaw_rad * kDegPerRad, s.after.along_m, s.after.across_m,
         s.after.yaw_rad * kDegPerRad, s.blind ? "  blind" : "");
   }
@@ -194,7 +194,7 @@ std::string to_geojson(const Forecast& made, const ForecastModel& model, const s
     features.push_back(feature("blind", "LineString", line(drive, b.first_frame, b.last_frame), properties));
   }
   for (const FixStation& s : made.stations) {
-    if (s.enough > 0.0)
+    if (s.applied > 0.0)
       features.push_back(feature(
           "ellipse", "Polygon", outline(s),
           {{"arc_m", metres(s.at.arc_m)}, {"sigmas", kEllipseSigmas}, {"p_applied", share(s.applied)}}));
@@ -232,7 +232,6 @@ ordered_json to_json(const Forecast& made, const ForecastModel& model, const std
           {"expected_applied", rounded(applied, 0.01)},
           {"expected_right", rounded(right, 0.01)},
           {"right_within_m", model.right_within_m},
-          {"fewest_pairs", fewest_pairs(model.icp)},
           {"blind_below", model.blind_below},
           {"blind_m", metres(blind_m(made))},
           {"blind", blind},

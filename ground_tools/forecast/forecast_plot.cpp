@@ -56,7 +56,7 @@ std::vector<Vec2> pixels(const Panel& panel, const std::vector<PathPoint>& drive
 double magnification_of(const Forecast& made, const Box& view) {
   double longest = 0.0;
   for (const FixStation& s : made.stations) {
-    if (s.enough > 0.0) longest = std::max(longest, 2.0 * kEllipseSigmas * s.ellipse.major_m);
+    if (s.applied > 0.0) longest = std::max(longest, 2.0 * kEllipseSigmas * s.ellipse.major_m);
   }
   double chosen = 1.0;
   for (const double factor : {2.0, 5.0, 10.0, 20.0, 50.0, 100.0}) {
@@ -70,7 +70,7 @@ void draw_stations(Svg& svg, const Panel& panel, const Forecast& made, double ma
   for (const FixStation& s : made.stations) {
     const double x = panel.px(s.at.x_m);
     const double y = panel.py(s.at.y_m);
-    if (s.enough > 0.0) {
+    if (s.applied > 0.0) {
       const double scale = kEllipseSigmas * magnification * px_per_m;
       svg.add(
           R"svg(<ellipse cx="{0:.1f}" cy="{1:.1f}" rx="{2:.1f}" ry="{3:.1f}" transform="rotate({4:.1f} {0:.1f} {1:.1f})" fill="none" stroke="{5}" stroke-width="1.2"/>)svg",
@@ -80,8 +80,8 @@ void draw_stations(Svg& svg, const Panel& panel, const Forecast& made, double ma
     svg.add(
         R"(<circle cx="{:.1f}" cy="{:.1f}" r="5" fill="{}" stroke="{}" stroke-width="1.6"><title>{}</title></circle>)",
         x, y, shade(s.applied), s.blind ? kBlind : kCorrected,
-        fmt::format("{:.2f} m: applied {:.3f}, right {:.3f}, {:.1f} pairs", s.at.arc_m, s.applied, s.right,
-                    s.pairs));
+        fmt::format("{:.2f} m: applied {:.3f}, right {:.3f}, {:.1f} found of {:.1f} needed", s.at.arc_m,
+                    s.applied, s.right, s.found, s.needed));
   }
 }
 
@@ -153,7 +153,7 @@ void draw_over_arc(Svg& svg, const Panel& panel, const Forecast& made) {
 
 double size_of(const PoseSigma& s) { return std::hypot(s.along_m, s.across_m); }
 
-void draw_errors(Svg& svg, const Panel& panel, const Forecast& made, const ForecastModel& model) {
+void draw_errors(Svg& svg, const Panel& panel, const Forecast& made) {
   const double step = nice_step(panel.box.size_m().x(), 10);
   const double step_y = nice_step(panel.box.size_m().y(), 4);
   draw_grid(svg, panel, step, step_y);
@@ -161,16 +161,14 @@ void draw_errors(Svg& svg, const Panel& panel, const Forecast& made, const Forec
   std::vector<Vec2> after;
   for (const FixStation& s : made.stations) {
     before.emplace_back(panel.px(s.at.arc_m), panel.py(size_of(s.before)));
-    if (s.enough > 0.0) after.emplace_back(panel.px(s.at.arc_m), panel.py(size_of(s.after)));
+    if (s.applied > 0.0) after.emplace_back(panel.px(s.at.arc_m), panel.py(size_of(s.after)));
   }
   svg.path(before, kVo, 2.0, "");
   if (!after.empty()) svg.path(after, kCorrected, 2.0, R"(stroke-dasharray="7 4")");
   draw_axes(svg, panel, step, step_y, "way (m)", "error (m)");
   svg.text(panel.left, panel.top - 8.0, R"(class="name")",
            fmt::format("Expected error of the position, rms: that a fix finds (line), that it leaves where "
-                       "it is applied (dashes); "
-                       "first gate {:g} m",
-                       model.icp.gate_start_m));
+                       "it is applied (dashes)"));
 }
 
 }  // namespace
@@ -205,7 +203,7 @@ std::string plot_forecast(const Forecast& made, const ForecastModel& model,
   draw_map(svg, above, made, boulders, drive, magnification);
   if (!made.stations.empty()) {
     draw_over_arc(svg, chances, made);
-    draw_errors(svg, errors, made, model);
+    draw_errors(svg, errors, made);
   }
   svg.add("</svg>");
   return svg.str();

@@ -1,10 +1,10 @@
 /// How many true boulders the proof of a fix takes (registration/verdict.hpp), before there is any: the log
 /// ratio that is to be expected of k true boulders and c others, in closed form.
 ///
-///   g(k) = ln mean over p of exp( k a(p) + c b(p) ) - ln( 1 + V / v(k) )
-///   a(p) = E ln[ 1 + p N(r) / lambda ],        r the error of a true pair
-///   b(p) = E ln[ 1 - p + p N(d) / lambda ],    d the distance of the nearest unrelated boulder
-///   v(k) = e^1.5 (2 pi)^1.5 s^3 / (k^1.5 R)
+///     g(k) = ln mean over p of exp( k a(p) + c b(p) ) - ln( 1 + V / v(k) )
+///     a(p) = E ln[ 1 + p N(r) / lambda ], r the error of a true pair
+///     b(p) = E ln[ 1 - p + p N(d) / lambda ], d the distance of the nearest unrelated boulder
+///     v(k) = e^1.5 (2 pi)^1.5 s^3 / (k^1.5 R)
 ///
 /// N the Gaussian of the verdict's sigma s, lambda boulders a square metre, R the rms radius of the local
 /// boulders, V the volume of the prior, p the verdict's own shares. Where the prior knows more than the pairs
