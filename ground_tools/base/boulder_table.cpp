@@ -36,10 +36,35 @@ std::string to_csv(const std::vector<TableBoulder>& boulders) {
   return text;
 }
 
+namespace {
+
+/// "POINT (1 2)", "Point Z(1 2 3)" and the like: of well-known text, the numbers of the first two coordinates.
+Vec2 point_of(const CsvTable& table, std::size_t row, std::size_t column, const std::filesystem::path& path) {
+  const std::string_view text = table.word(row, column);
+  const std::size_t open = text.find('(');
+  const std::size_t close = text.find(')');
+  if (open != std::string_view::npos && close != std::string_view::npos && open < close && text.size() >= 5 &&
+      (text[1] == 'O' || text[1] == 'o')) {
+    std::vector<std::string_view> words;
+    for (const std::string_view word : split(text.substr(open + 1, close - open - 1), ' ')) {
+      if (!word.empty()) words.push_back(word);
+    }
+    const std::optional<double> x = words.size() >= 2 ? to_finite(words[0]) : std::nullopt;
+    const std::optional<double> y = words.size() >= 2 ? to_finite(words[1]) : std::nullopt;
+    if (x && y) return {*x, *y};
+  }
+  throw ToolError("{}:{}: '{}' is not a point of well-known text; export points, or columns x and y",
+                  path.string(), table.line(row), text);
+}
+
+}  // namespace
+
 std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min_diameter_m) {
   const CsvTable table(path);
-  const std::size_t x = table.column({"x_m", "x"});
-  const std::size_t y = table.column({"y_m", "y"});
+  const std::optional<std::size_t> point = table.find({"wkt", "wkt_geom", "geometry", "geom"});
+  const bool wkt = point && !table.find({"x_m", "x"});
+  const std::size_t x = wkt ? *point : table.column({"x_m", "x"});
+  const std::size_t y = wkt ? *point : table.column({"y_m", "y"});
   const std::size_t diameter = table.column({"diameter_m", "diameter"});
   struct Optional {
     std::optional<std::size_t> column;
@@ -55,7 +80,7 @@ std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min
   std::vector<TableBoulder> boulders;
   for (std::size_t row = 0; row < table.size(); ++row) {
     TableBoulder b;
-    b.p_map_m = Vec2(table.number(row, x), table.number(row, y));
+    b.p_map_m = wkt ? point_of(table, row, x, path) : Vec2(table.number(row, x), table.number(row, y));
     b.diameter_m = table.number(row, diameter);
     if (!(b.diameter_m > 0.0)) {
       throw ToolError("{}:{}: the diameter is not positive; correct or remove this line", path.string(),

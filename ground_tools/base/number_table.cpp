@@ -40,15 +40,51 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
-std::vector<std::string_view> fields_of(std::string_view line) {
-  if (line.find(',') == std::string_view::npos) return words_of(line);
+/// Of the line of names: semicolons where the comma is the decimal sign.
+char separator_of(std::string_view names) {
+  const auto count = [&](char c) { return std::count(names.begin(), names.end(), c); };
+  return count(';') > count(',') ? ';' : ',';
+}
+
+/// Separators within quotes part nothing.
+std::vector<std::string_view> split_quoted(std::string_view line, char separator) {
+  std::vector<std::string_view> fields;
+  bool quoted = false;
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') quoted = !quoted;
+    if (line[i] != separator || quoted) continue;
+    fields.push_back(line.substr(begin, i - begin));
+    begin = i + 1;
+  }
+  fields.push_back(line.substr(begin));
+  return fields;
+}
+
+std::vector<std::string_view> fields_of(std::string_view line, char separator) {
+  if (line.find(separator) == std::string_view::npos) return words_of(line);
   constexpr std::string_view kAround = " \t\r\"";
-  std::vector<std::string_view> fields = split(line, ',');
+  std::vector<std::string_view> fields = split_quoted(line, separator);
   for (std::string_view& field : fields) {
     field.remove_prefix(std::min(field.find_first_not_of(kAround), field.size()));
     field = field.substr(0, field.find_last_not_of(kAround) + 1);
   }
   return fields;
+}
+
+/// As spreadsheets of half of the world write it: 1,5.
+std::string with_point(std::string_view text) {
+  std::string number(text);
+  if (std::count(text.begin(), text.end(), ',') == 1 && text.find('.') == std::string_view::npos)
+    number[number.find(',')] = '.';
+  return number;
+}
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool same_name(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lower(x) == lower(y); });
 }
 
 NumberRow parse_row(const std::filesystem::path& path, const Line& line) {
@@ -107,11 +143,17 @@ std::vector<NumberRow> read_number_rows(const std::filesystem::path& path, std::
 
 CsvTable::CsvTable(std::filesystem::path path, std::string mend)
     : path_(std::move(path)), mend_(std::move(mend)), text_(read_file(path_)) {
+  if (text_.size() > 1 && ((text_[0] == 0xFF && text_[1] == 0xFE) || (text_[0] == 0xFE && text_[1] == 0xFF)))
+    throw ToolError("{}: is text of 16 bits a character; save it as CSV in UTF-8", path_.string());
+  constexpr std::uint8_t kByteOrderMark[] = {0xEF, 0xBB, 0xBF};
+  if (text_.size() >= 3 && std::equal(kByteOrderMark, kByteOrderMark + 3, text_.begin()))
+    std::fill_n(text_.begin(), 3, std::uint8_t{' '});
   const std::vector<Line> lines = lines_of(text_);
   if (lines.empty()) throw ToolError("{}: is empty; its first line must name the columns", path_.string());
-  names_ = fields_of(lines[0].text);
+  const char separator = separator_of(lines[0].text);
+  names_ = fields_of(lines[0].text, separator);
   for (std::size_t i = 1; i < lines.size(); ++i) {
-    const std::vector<std::string_view> fields = fields_of(lines[i].text);
+    const std::vector<std::string_view> fields = fields_of(lines[i].text, separator);
     if (fields.size() != names_.size()) {
       throw ToolError("{}:{}: {} fields under {} column names; {}", path_.string(), lines[i].number,
                       fields.size(), names_.size(), mend_or(kMendRow));
@@ -123,7 +165,8 @@ CsvTable::CsvTable(std::filesystem::path path, std::string mend)
 
 std::optional<std::size_t> CsvTable::find(std::initializer_list<const char*> names) const {
   for (const char* name : names) {
-    const auto at = std::find(names_.begin(), names_.end(), name);
+    const auto at = std::find_if(names_.begin(), names_.end(),
+                                 [&](std::string_view there) { return same_name(there, name); });
     if (at != names_.end()) return static_cast<std::size_t>(at - names_.begin());
   }
   return std::nullopt;
@@ -139,13 +182,13 @@ std::size_t CsvTable::column(std::initializer_list<const char*> names) const {
 }
 
 double CsvTable::number(std::size_t row, std::size_t column) const {
-  const std::optional<double> value = to_finite(word(row, column));
+  const std::optional<double> value = to_finite(with_point(word(row, column)));
   if (!value) refuse(row, column);
   return *value;
 }
 
 double CsvTable::any_number(std::size_t row, std::size_t column) const {
-  const std::optional<double> value = to_number<double>(word(row, column));
+  const std::optional<double> value = to_number<double>(with_point(word(row, column)));
   if (!value) refuse(row, column);
   return *value;
 }

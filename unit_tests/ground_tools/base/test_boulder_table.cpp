@@ -38,6 +38,17 @@ void test_columns_by_name(void**) {
   assert_int_equal(table.size(), 1);
 }
 
+/// As QGIS exports points: columns of coordinates in capitals, or well-known text.
+void test_points_of_qgis(void**) {
+  table = read_csv(scratch.file("xy.csv", "X,Y,fid,diameter_m,contrast\n1.5,-2,1,0.5,\n"));
+  assert_near((table.at(0).p_map_m - Vec2(1.5, -2.0)).norm(), 0.0, 0.0);
+  table = read_csv(
+      scratch.file("wkt.csv", "WKT,fid,diameter_m\n\"POINT (1.5 -2)\",1,0.5\n\"POINT Z (3 4 5)\",2,0.5\n"));
+  assert_near((table.at(0).p_map_m - Vec2(1.5, -2.0)).norm(), 0.0, 0.0);
+  assert_near((table.at(1).p_map_m - Vec2(3.0, 4.0)).norm(), 0.0, 0.0);
+  assert_refused(read_csv(scratch.file("wkt.csv", "WKT,diameter\nLINESTRING (1 2),1\n")), "is not a point");
+}
+
 void test_refusals(void**) {
   assert_refused(read_csv(scratch.path("absent.csv")), "absent.csv");
   assert_refused(read_csv(scratch.file("empty.csv", "")), "empty.csv: is empty");
@@ -67,9 +78,8 @@ void test_extent(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_csv_round_trip),
-      cmocka_unit_test(test_columns_by_name),
-      cmocka_unit_test(test_refusals),
+      cmocka_unit_test(test_csv_round_trip), cmocka_unit_test(test_columns_by_name),
+      cmocka_unit_test(test_points_of_qgis), cmocka_unit_test(test_refusals),
       cmocka_unit_test(test_extent),
   };
   return cmocka_run_group_tests_name("ground_tools/base/boulder_table", tests, nullptr, nullptr);

@@ -46,6 +46,19 @@ void test_csv_table(void**) {
   assert_refused(table.column("z"), "no column 'z' in its first line (it has name, x, y); name it");
 }
 
+void test_csv_of_spreadsheets(void**) {
+  const CsvTable german(
+      scratch.file("german.csv", "\xEF\xBB\xBFX;y;\"name\"\r\n1,25;-2,5;\"a;b\"\r\n-3;4.5;c\r\n"));
+  assert_int_equal(german.size(), 2);
+  assert_near(german.number(0, german.column("x")), 1.25, 0.0);
+  assert_near(german.number(0, german.column("Y")), -2.5, 0.0);
+  assert_true(german.word(0, german.column("name")) == "a;b");
+  assert_near(german.number(1, german.column("y")), 4.5, 0.0);
+  const CsvTable quoted(scratch.file("quoted.csv", "x,y\n\"1,5\",\"2\"\n"));
+  assert_near(quoted.number(0, 0), 1.5, 0.0);
+  assert_refused(CsvTable(scratch.file("wide.csv", std::string("\xFF\xFEx\0", 4))), "UTF-8");
+}
+
 void test_csv_refusals(void**) {
   assert_refused(CsvTable(scratch.path("absent.csv")), "absent.csv");
   assert_refused(CsvTable(scratch.file("bad.csv", "\n# nothing\n")), "bad.csv: is empty");
@@ -94,10 +107,10 @@ void test_median(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_numbers),   cmocka_unit_test(test_split),
-      cmocka_unit_test(test_csv_table), cmocka_unit_test(test_csv_refusals),
-      cmocka_unit_test(test_waypoints), cmocka_unit_test(test_waypoint_refusals),
-      cmocka_unit_test(test_median),
+      cmocka_unit_test(test_numbers),           cmocka_unit_test(test_split),
+      cmocka_unit_test(test_csv_table),         cmocka_unit_test(test_csv_of_spreadsheets),
+      cmocka_unit_test(test_csv_refusals),      cmocka_unit_test(test_waypoints),
+      cmocka_unit_test(test_waypoint_refusals), cmocka_unit_test(test_median),
   };
   return cmocka_run_group_tests_name("ground_tools/base/number_table", tests, nullptr, nullptr);
 }
