@@ -102,6 +102,52 @@ double height_at(GDALRasterBand& band, GDALRasterBand* mask, const Place& place,
   return sum;
 }
 
+/// Metres of one unit of the model's heights: its band's, else its vertical system's; metres where neither tells.
+double metres_a_unit(GDALDataset& model, GDALRasterBand& band, const std::string& name) {
+  struct Unit {
+    const char* name;
+    double metres;
+  };
+  constexpr double kFoot = 0.3048;
+  constexpr double kSurveyFoot = 1200.0 / 3937.0;
+  constexpr Unit kUnits[] = {{"m", 1.0},
+                             {"metre", 1.0},
+                             {"meter", 1.0},
+                             {"metres", 1.0},
+                             {"meters", 1.0},
+                             {"km", 1000.0},
+                             {"kilometre", 1000.0},
+                             {"kilometer", 1000.0},
+                             {"cm", 0.01},
+                             {"centimetre", 0.01},
+                             {"mm", 0.001},
+                             {"ft", kFoot},
+                             {"foot", kFoot},
+                             {"feet", kFoot},
+                             {"international foot", kFoot},
+                             {"us survey foot", kSurveyFoot},
+                             {"us survey feet", kSurveyFoot},
+                             {"us-ft", kSurveyFoot},
+                             {"ftus", kSurveyFoot},
+                             {"sft", kSurveyFoot},
+                             {"foot_us", kSurveyFoot},
+                             {"us_survey_foot", kSurveyFoot},
+                             {"us foot", kSurveyFoot}};
+  const char* const unit = band.GetUnitType();
+  if (unit != nullptr && *unit != '\0') {
+    for (const Unit& known : kUnits) {
+      if (EQUAL(unit, known.name)) return known.metres;
+    }
+    throw ToolError(
+        "{}: its heights are in '{}', which is not known; convert them to metres with gdal_calc.py, or "
+        "correct the unit with gdal_edit.py -units m",
+        name, unit);
+  }
+  const OGRSpatialReference* const system = model.GetSpatialRef();
+  if (system == nullptr || system->GetAttrNode("VERT_CS") == nullptr) return 1.0;
+  return system->GetTargetLinearUnits("VERT_CS");
+}
+
 }  // namespace
 
 std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBoulder>& boulders,
@@ -117,15 +163,18 @@ std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBo
   }
   GDALRasterBand& band = *model->GetRasterBand(1);
   GDALRasterBand* const mask = band.GetMaskFlags() == GMF_ALL_VALID ? nullptr : band.GetMaskBand();
+  const double unit_m = metres_a_unit(*model, band, name);
   const double scale = band.GetScale(nullptr);
   const double offset = band.GetOffset(nullptr);
+  if (!(std::fabs(scale) > 0.0))
+    throw ToolError("{}: its scale is {}; correct it with gdal_edit.py -scale", name, scale);
 
   for (TableBoulder& b : boulders) b.ground_z_m = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Place> places =
       places_on(band, inverse, places_in_model(*model, name, boulders, reference_system));
   std::size_t known = 0;
   for (const Place& place : places) {
-    const double z_m = height_at(band, mask, place, quiet) * scale + offset;
+    const double z_m = (height_at(band, mask, place, quiet) * scale + offset) * unit_m;
     if (quiet.failed()) throw ToolError("{}: cannot be read whole{}; check the file", name, quiet.reason());
     if (!std::isfinite(z_m)) continue;
     boulders[place.boulder].ground_z_m = z_m;

@@ -73,6 +73,34 @@ void put(std::initializer_list<Vec2> places) {
   }
 }
 
+/// 1000 feet under a boulder in the middle, told by `tell`.
+double height_of(const std::function<void(GDALDataset&)>& tell) {
+  put({{500100.0, 3999920.0}});
+  const std::filesystem::path path = model({}, [](double, double) { return 1000.0; });
+  {
+    const std::unique_ptr<GDALDataset> data(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    tell(*data);
+  }
+  assert_int_equal(sample_heights(path, boulders, "EPSG:32633"), 1);
+  return boulders[0].ground_z_m;
+}
+
+void test_units(void**) {
+  const auto unit = [](const char* name) {
+    return [name](GDALDataset& data) { data.GetRasterBand(1)->SetUnitType(name); };
+  };
+  assert_near(height_of(unit("m")), 1000.0, 1e-9);
+  assert_near(height_of(unit("ft")), 304.8, 1e-9);
+  assert_near(height_of(unit("US survey foot")), 304.8006096, 1e-6);
+  assert_near(height_of([](GDALDataset& data) {
+                OGRSpatialReference system;
+                system.SetFromUserInput("EPSG:32633+6360");
+                data.SetSpatialRef(&system);
+              }),
+              304.8006096, 1e-6);
+  assert_refused(height_of(unit("fathom")), "'fathom'");
+}
+
 void test_between_pixels(void**) {
   for (const bool tiled : {false, true}) {
     Model m;
@@ -173,10 +201,10 @@ void test_rendered_field(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_between_pixels), cmocka_unit_test(test_rim_and_outside),
-      cmocka_unit_test(test_no_data),        cmocka_unit_test(test_another_system),
-      cmocka_unit_test(test_a_single_pixel), cmocka_unit_test(test_refusals),
-      cmocka_unit_test(test_rendered_field),
+      cmocka_unit_test(test_units),           cmocka_unit_test(test_between_pixels),
+      cmocka_unit_test(test_rim_and_outside), cmocka_unit_test(test_no_data),
+      cmocka_unit_test(test_another_system),  cmocka_unit_test(test_a_single_pixel),
+      cmocka_unit_test(test_refusals),        cmocka_unit_test(test_rendered_field),
   };
   return cmocka_run_group_tests_name("ground_tools/ortho/heights", tests, nullptr, nullptr);
 }
