@@ -1,13 +1,17 @@
 // cairn map: its parts, and what they share
 #include <fmt/format.h>
 
+#include <ogr_spatialref.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "base/json_file.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "commands/cmd_map.hpp"
 #include "commands/commands.hpp"
+#include "core/trig.hpp"
 #include "ortho/reference_system.hpp"
 
 namespace cairn::ground {
@@ -32,6 +36,30 @@ void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
   throw ToolError(
       "{}: uses {}, but {} uses {}; build both from orthoimages of one reference system (gdalwarp -t_srs)",
       b_path.string(), b.reference_system, a_path.string(), a.reference_system);
+}
+
+std::string apart_words(const std::filesystem::path& a_path, const CmapContent& a,
+                        const std::filesystem::path& b_path, const CmapContent& b) {
+  const MapExtent& p = a.extent;
+  const MapExtent& q = b.extent;
+  const double gap_x = std::max({0.0, q.min_x_m - p.max_x_m, p.min_x_m - q.max_x_m});
+  const double gap_y = std::max({0.0, q.min_y_m - p.max_y_m, p.min_y_m - q.max_y_m});
+  const double gap_m = std::hypot(gap_x, gap_y);
+  const double side_m =
+      std::max({p.max_x_m - p.min_x_m, p.max_y_m - p.min_y_m, q.max_x_m - q.min_x_m, q.max_y_m - q.min_y_m});
+  if (gap_m <= side_m) return {};
+  std::string words =
+      fmt::format("{} and {} lie {:.0f} m apart and do not overlap", a_path.string(), b_path.string(), gap_m);
+  if (is_local_reference(a.reference_system)) return words;
+  const OGRSpatialReference system = reference_of(a.reference_system, a_path.string());
+  const double around_m = 2.0 * kPi * system.GetSemiMajor();
+  const double x_m = std::fabs(0.5 * (p.min_x_m + p.max_x_m - q.min_x_m - q.max_x_m));
+  // Cylindrical systems stretch it by no more than the cosine of their true parallel.
+  if (gap_y <= side_m && x_m > 0.2 * around_m && x_m < 1.01 * around_m)
+    words +=
+        ": is one in longitudes from 0 to 360 and the other from -180 to 180? Bring both into one system with "
+        "gdalwarp -t_srs";
+  return words;
 }
 
 void add_map_commands(CLI::App& app) {

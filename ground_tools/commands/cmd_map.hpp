@@ -39,6 +39,11 @@ CmapContent load_map(const std::filesystem::path& path);
 void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
                       const std::filesystem::path& b_path, const CmapContent& b);
 
+/// In words that two maps lie farther apart than either is wide, with the circumference of their body where that
+/// is what lies between them (longitudes of 0 to 360 against -180 to 180); empty where they are neighbours.
+std::string apart_words(const std::filesystem::path& a_path, const CmapContent& a,
+                        const std::filesystem::path& b_path, const CmapContent& b);
+
 /// How near two maps' entries of one boulder lie: two pixels of the coarsest image, at least 0.1 m.
 double usual_distance_m(std::initializer_list<double> pixels_m);
 

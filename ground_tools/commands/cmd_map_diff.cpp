@@ -76,6 +76,15 @@ std::string changes_csv(const CmapContent& a, const CmapContent& b, const MapDif
   return text;
 }
 
+/// Where both maps look there is no ground.
+bool apart(const MapDiff& d) {
+  return !(d.common.min_x_m < d.common.max_x_m && d.common.min_y_m < d.common.max_y_m);
+}
+
+Json no_extent() {
+  return {{"min_x_m", nullptr}, {"min_y_m", nullptr}, {"max_x_m", nullptr}, {"max_y_m", nullptr}};
+}
+
 Json diff_json(const DiffOptions& options, const DiffParams& params, const MapDiff& d, const Rest& rest,
                long long tiles, std::size_t of_tiles, bool same) {
   return {
@@ -84,7 +93,7 @@ Json diff_json(const DiffOptions& options, const DiffParams& params, const MapDi
       {"same", same},
       {"within_m", params.within_m},
       {"moved_m", params.moved_m},
-      {"common_extent", to_json(d.common)},
+      {"common_extent", apart(d) ? no_extent() : to_json(d.common)},
       {"boulders_a", d.a_inside},
       {"boulders_b", d.b_inside},
       {"outside_a", rest.a_outside},
@@ -94,7 +103,7 @@ Json diff_json(const DiffOptions& options, const DiffParams& params, const MapDi
       {"removed", d.removed.size()},
       {"moved", d.moved},
       {"changed_attributes", rest.changed},
-      {"repeatability", d.repeatability()},
+      {"repeatability", apart(d) ? Json(nullptr) : Json(d.repeatability())},
       {"aligned", params.align},
       {"shift_taken_off_m", {d.shift_map_m.x(), d.shift_map_m.y()}},
       {"mean_shift_m", {d.mean_shift_map_m.x(), d.mean_shift_map_m.y()}},
@@ -106,6 +115,11 @@ Json diff_json(const DiffOptions& options, const DiffParams& params, const MapDi
 
 void print_diff(const DiffParams& params, const MapDiff& d, const Rest& rest, long long tiles,
                 std::size_t of_tiles) {
+  if (apart(d)) {
+    fmt::print("the maps do not overlap: {} and {} boulders, nothing to compare\n", rest.a_outside,
+               rest.b_outside);
+    return;
+  }
   const auto share = [](std::size_t part, std::size_t of) {
     return of == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(of);
   };
@@ -144,6 +158,10 @@ void diff(const DiffOptions& options) {
   const long long tiles = changed_tiles(a, b);
   const bool same = d.added.empty() && d.removed.empty() && d.moved == 0 && rest.changed == 0 &&
                     rest.a_outside == 0 && rest.b_outside == 0;
+  if (apart(d)) {
+    const std::string words = apart_words(options.a, a, options.b, b);
+    if (!words.empty()) fmt::print(stderr, "cairn: warning: {}\n", words);
+  }
   if (!options.csv.empty()) write_file(options.csv, changes_csv(a, b, d, params.moved_m));
   if (options.json)
     print_json(diff_json(options, params, d, rest, tiles, a.tiles.size(), same));

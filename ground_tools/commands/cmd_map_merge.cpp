@@ -47,6 +47,13 @@ Joined read_parts(const MergeOptions& options) {
       first = map;
     }
     need_same_system(options.maps[0], first, options.maps[i], map);
+    if (i > 0) {
+      // Far from all that was joined so far.
+      CmapContent so_far = first;
+      so_far.extent = joined.extent;
+      const std::string words = apart_words(options.maps[0], so_far, options.maps[i], map);
+      if (!words.empty()) fmt::print(stderr, "cairn: warning: {}\n", words);
+    }
     MapExtent& e = joined.extent;
     e = {std::min(e.min_x_m, map.extent.min_x_m), std::min(e.min_y_m, map.extent.min_y_m),
          std::max(e.max_x_m, map.extent.max_x_m), std::max(e.max_y_m, map.extent.max_y_m)};

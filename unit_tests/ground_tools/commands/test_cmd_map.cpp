@@ -11,6 +11,7 @@
 #include "cmap/cmap_file.hpp"
 #include "core/big_endian.hpp"
 #include "core/random.hpp"
+#include "core/trig.hpp"
 #include "ground_tools/program.hpp"
 #include "ortho/reference_system.hpp"
 
@@ -233,6 +234,28 @@ void test_diff(void**) {
                 "check the name");
 }
 
+/// The same ground in longitudes of 0 to 360 and of -180 to 180.
+void test_maps_apart(void**) {
+  make_boulders(20);
+  const auto write_at = [](const char* name, double x_m) {
+    std::vector<TableBoulder> there = boulders;
+    for (TableBoulder& b : there) b.p_map_m.x() += x_m;
+    bytes =
+        encode_cmap(there, {kExtent.min_x_m + x_m, kExtent.min_y_m, kExtent.max_x_m + x_m, kExtent.max_y_m},
+                    0.02, {cmap::Method::kOtsu, 0.1, "p", "+proj=eqc +R=1737400"});
+    scratch.file(name, std::string(bytes.begin(), bytes.end()));
+  };
+  write_at("east.cmap", 6064572.0);
+  write_at("west.cmap", 6064572.0 - 2.0 * kPi * 1737400.0);
+  assert_int_equal(cairn_says("map diff --json" + quoted("east.cmap") + quoted("west.cmap")), 2);
+  assert_true(json["repeatability"].is_null() && json["common_extent"]["min_x_m"].is_null());
+  assert_int_equal(cairn_says("map diff" + quoted("east.cmap") + quoted("west.cmap")), 2);
+  assert_true(text.find("do not overlap") != std::string::npos);
+  assert_int_equal(
+      cairn_says("map merge" + quoted("east.cmap") + quoted("west.cmap") + " -o" + quoted("both.cmap")), 0);
+  assert_true(ended.errors.find("from 0 to 360") != std::string::npos);
+}
+
 void test_merge(void**) {
   put_all();
   const std::vector<TableBoulder> all = boulders;
@@ -380,10 +403,15 @@ void test_full_disk(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_info),      cmocka_unit_test(test_verify),
-      cmocka_unit_test(test_unpack),    cmocka_unit_test(test_diff),
-      cmocka_unit_test(test_merge),     cmocka_unit_test(test_products_of_build),
-      cmocka_unit_test(test_quicklook), cmocka_unit_test(test_full_disk),
+      cmocka_unit_test(test_info),
+      cmocka_unit_test(test_verify),
+      cmocka_unit_test(test_unpack),
+      cmocka_unit_test(test_diff),
+      cmocka_unit_test(test_maps_apart),
+      cmocka_unit_test(test_merge),
+      cmocka_unit_test(test_products_of_build),
+      cmocka_unit_test(test_quicklook),
+      cmocka_unit_test(test_full_disk),
   };
   return cmocka_run_group_tests_name("ground_tools/commands/cmd_map", tests, nullptr, nullptr);
 }
