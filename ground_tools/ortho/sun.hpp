@@ -10,7 +10,7 @@ namespace cairn::ground {
 
 struct Sun {
   double elevation_rad = 0.0;  ///< above the horizontal, in (0, pi/2]
-  double azimuth_rad = 0.0;    ///< towards the sun, clockwise from the map's north, in [0, 2 pi)
+  double azimuth_rad = 0.0;    ///< towards the sun, clockwise from the y axis of the map, in [0, 2 pi)
 };
 
 /// "ELEVATION,AZIMUTH" in degrees: "45,135". Elevation 1 to 90; azimuth -360 to 360, taken modulo 360.

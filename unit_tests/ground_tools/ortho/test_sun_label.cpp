@@ -80,6 +80,28 @@ void test_from_three_o_clock(void**) {
             40.0, 20.0, 1e-9);
 }
 
+/// The sun stands at 40,135 in all: at the lower right of a north-up image.
+void test_turned_and_flipped_images(void**) {
+  const struct {
+    double across, down;  // of the geo-transform
+    const char *sun, *north;
+  } cases[] = {{1.0, -1.0, "45", "270"},
+               {1.0, 1.0, "315", "90"},
+               {1.0, 1.0, "315", nullptr},
+               {-1.0, 1.0, "225", nullptr},
+               {-1.0, -1.0, "135", "270"}};
+  for (const auto& c : cases) {
+    Items items = {{"INCIDENCE_ANGLE", "50"}, {"SUB_SOLAR_AZIMUTH", c.sun}};
+    if (c.north != nullptr) items.push_back({"NORTH_AZIMUTH", c.north});
+    tiff(items);
+    image.reset(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    double geo[6] = {-5.0 * c.across, c.across, 0.0, -2.25e6 - 5.0 * c.down, 0.0, c.down};
+    image->SetGeoTransform(geo);
+    image.reset();
+    check_sun(sun_of(path), 40.0, 135.0, 1e-9);
+  }
+}
+
 /// At longitude 90 of a map around the south pole, north is to the right (+x): the map's azimuth is 90 more.
 void test_where_meridians_converge(void**) {
   const char* const pole = "+proj=stere +lat_0=-90 +lon_0=0 +R=3376200";
@@ -169,6 +191,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_plain_names),
       cmocka_unit_test(test_from_three_o_clock),
+      cmocka_unit_test(test_turned_and_flipped_images),
       cmocka_unit_test(test_where_meridians_converge),
       cmocka_unit_test(test_label_beside_the_image),
       cmocka_unit_test(test_pds3),
