@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/tool_error.hpp"
 #include "ortho/pixel_box.hpp"
@@ -46,6 +47,8 @@ struct RasterFacts {
   int block_height = 0;
   std::string identity;  ///< of the file and the bands taken, as far as size and time tell; empty for memory
   std::optional<Sun> sun;  ///< where the file's label tells it
+  /// What its user should know of how it was read, each one line without the file's name.
+  std::vector<std::string> remarks;
 
   PixelBox box() const { return {0, 0, width, height}; }
 };
@@ -59,11 +62,12 @@ class RasterReader {
   RasterReader& operator=(const RasterReader&) = delete;
 
   /// Grey of the pixels in `box`, row by row, `stride` apart; `missing` gets 1 where there is no data, and
-  /// grey 0 there. False: no pixel is missing, and `missing` says nothing. Throws ToolError:
-  /// the file ends early.
+  /// grey 0 there. False: no pixel is missing, and `missing` says nothing. What is darker or brighter than the
+  /// file can tell is 0 or 255. Throws ToolError: the file ends early.
   virtual bool read(const PixelBox& box, const GreyRange& range, std::uint8_t* grey, std::uint8_t* missing,
                     int stride) = 0;
-  /// The values themselves, before the stretch to grey, packed; `missing` as above.
+  /// The values themselves, before the stretch to grey, packed. `missing`: 0 where there is one, else the
+  /// PixelKind (pixel_meaning.hpp) that takes its place. False: all are values.
   virtual bool read_values(const PixelBox& box, float* values, std::uint8_t* missing) = 0;
 };
 
@@ -78,13 +82,27 @@ class RasterSource {
   virtual std::unique_ptr<RasterReader> reader() const = 0;
 };
 
+/// What is taken for no data besides what the file marks.
+struct NoDataChoice {
+  std::optional<double> value;  ///< this value, of all bands where their mean is taken
+  bool guess = true;            ///< a collar that nothing marks, where it cannot be anything else
+};
+
 /// An orthoimage that GDAL opens. `band` 1 to n takes that band; 0 takes the mean of red, green and blue
-/// where the image has three bands or more, else band 1. 8-bit values are grey as they are; all other types
-/// are stretched linearly (grey_range.hpp). No-data values, masks and alpha bands are missing pixels; so are
-/// NaNs, and what lies beyond 3.4e38 on either side, as the special pixels of ISIS cubes do.
+/// where the image has three bands or more, else band 1. What the values mean: pixel_meaning.hpp. 8-bit values
+/// and palettes are grey as they are; all other types are stretched linearly (grey_range.hpp). No-data values,
+/// masks and alpha bands are missing pixels; so are NaNs, and what lies beyond 3.4e38 on either side. Of the
+/// bands of a mean, a no-data value of unsigned whole numbers is one only where all bands have theirs: 0 is a
+/// colour's shadow, too.
+///
+/// A value at the end of the range that fills a corner and 2 % or more of the image is a collar that its file
+/// does not mark. It is taken for no data where it is 255 of 8 bits, or farther from all other values than
+/// these are from each other; and told among the remarks either way, as is an end of the range that fills 5 % or
+/// more (of samples all over the image).
 ///
 /// Throws ToolError: cannot be opened, no geo-reference, degrees or a unit other than the metre, band out of
-/// range, complex numbers.
-std::unique_ptr<RasterSource> open_orthoimage(const std::filesystem::path& path, int band = 0);
+/// range, complex numbers, a scale of 0.
+std::unique_ptr<RasterSource> open_orthoimage(const std::filesystem::path& path, int band = 0,
+                                              const NoDataChoice& no_data = {});
 
 }  // namespace cairn::ground

@@ -1,0 +1,119 @@
+#include "ortho/unmarked_value.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cairn::ground {
+namespace {
+
+constexpr int kWindowPx = 64;
+constexpr int kMostWindows = 16;      // a side
+constexpr double kMostPixels = 32e6;  // of the file's blocks
+constexpr double kCollarShare = 0.02;
+constexpr double kUsualShare = 0.05;
+constexpr double kTimesNext = 3.0;  // and so many times as many as of the value beside it
+constexpr double kMostShare = 0.75;
+constexpr int kCornerPx = 8;
+constexpr int kLeastValues = 16;  // of fewer a picture is drawn, not taken
+
+int windows_a_side(const RasterFacts& facts) {
+  const double block = std::max(1.0, static_cast<double>(facts.block_width) * facts.block_height);
+  const double window =
+      std::max(block, static_cast<double>(kWindowPx) * std::max(kWindowPx, facts.block_width));
+  return std::clamp(static_cast<int>(std::sqrt(kMostPixels / window)), 2, kMostWindows);
+}
+
+/// Window `i` of `count` along `side` pixels; the first and the last lie at the ends.
+int place(int i, int count, int side) {
+  const int room = std::max(0, side - kWindowPx);
+  return static_cast<int>(static_cast<std::int64_t>(room) * i / (count - 1));
+}
+
+struct Samples {
+  std::vector<float> values;   ///< sorted
+  std::vector<float> corners;  ///< each corner's value where it is the same throughout
+};
+
+Samples sample(RasterReader& reader, const RasterFacts& facts) {
+  Samples samples;
+  std::vector<float> values(static_cast<std::size_t>(kWindowPx) * kWindowPx);
+  std::vector<std::uint8_t> kinds(values.size());
+  const bool whole = facts.width <= kWindowPx * kMostWindows && facts.height <= kWindowPx * kMostWindows;
+  const int across = whole ? (facts.width + kWindowPx - 1) / kWindowPx : windows_a_side(facts);
+  const int down = whole ? (facts.height + kWindowPx - 1) / kWindowPx : windows_a_side(facts);
+  const auto at = [&](int i, int count, int side) { return whole ? i * kWindowPx : place(i, count, side); };
+  for (int j = 0; j < down; ++j) {
+    for (int i = 0; i < across; ++i) {
+      PixelBox box{at(i, across, facts.width), at(j, down, facts.height), 0, 0};
+      box.x1 = std::min(box.x0 + kWindowPx, facts.width);
+      box.y1 = std::min(box.y0 + kWindowPx, facts.height);
+      const bool any = reader.read_values(box, values.data(), kinds.data());
+      for (std::size_t k = 0; k < box.pixels(); ++k) {
+        if (!any || kinds[k] == 0) samples.values.push_back(values[k]);
+      }
+    }
+  }
+  const int corner = std::min({kCornerPx, facts.width, facts.height});
+  for (int i = 0; i < 4; ++i) {
+    const int x = i % 2 == 0 ? 0 : facts.width - corner;
+    const int y = i / 2 == 0 ? 0 : facts.height - corner;
+    const PixelBox box{x, y, x + corner, y + corner};
+    const bool any = reader.read_values(box, values.data(), kinds.data());
+    bool same = true;
+    for (std::size_t k = 0; k < box.pixels(); ++k)
+      same = same && (!any || kinds[k] == 0) && values[k] == values[0];
+    if (same) samples.corners.push_back(values[0]);
+  }
+  std::sort(samples.values.begin(), samples.values.end());
+  return samples;
+}
+
+bool is_drawn(const std::vector<float>& sorted) {
+  int distinct = 0;
+  for (auto at = sorted.begin(); at != sorted.end() && distinct < kLeastValues; ++distinct)
+    at = std::upper_bound(at, sorted.end(), *at);
+  return distinct < kLeastValues;
+}
+
+}  // namespace
+
+std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFacts& facts) {
+  const Samples samples = sample(reader, facts);
+  const std::vector<float>& values = samples.values;
+  if (is_drawn(values)) return std::nullopt;
+  const auto total = static_cast<double>(values.size());
+  const float least = values.front();
+  const float largest = values.back();
+  const auto above = std::upper_bound(values.begin(), values.end(), least);
+  const auto below = std::lower_bound(values.begin(), values.end(), largest);
+  bool stands_out[] = {false, false};
+  const auto judge = [&](bool is_least) {
+    UnmarkedValue end;
+    end.value = is_least ? least : largest;
+    end.is_least = is_least;
+    end.share = static_cast<double>(is_least ? above - values.begin() : values.end() - below) / total;
+    const float next = is_least ? *above : *(below - 1);
+    const bool apart = is_least ? next - least > largest - next : largest - next > next - least;
+    const bool corner =
+        std::find(samples.corners.begin(), samples.corners.end(), end.value) != samples.corners.end();
+    const bool saturated = facts.depth == PixelDepth::kEight && std::fabs(end.value - 255.0F) < 1e-3F;
+    end.is_collar = corner && end.share >= kCollarShare && end.share <= kMostShare && (apart || saturated);
+    // Of the mean of three bands, thirds add up to a little less.
+    if (facts.depth == PixelDepth::kEight) end.value = std::round(end.value);
+    const auto [from, to] = std::equal_range(values.begin(), values.end(), next);
+    stands_out[is_least ? 0 : 1] =
+        end.share >= kUsualShare && end.share * total > kTimesNext * static_cast<double>(to - from);
+    return end;
+  };
+  const UnmarkedValue ends[] = {judge(true), judge(false)};
+  for (const UnmarkedValue& end : ends) {
+    if (end.is_collar) return end;
+  }
+  for (int i = 0; i < 2; ++i) {
+    if (stands_out[i] && ends[i].share <= kMostShare) return ends[i];
+  }
+  return std::nullopt;
+}
+
+}  // namespace cairn::ground
