@@ -1,0 +1,173 @@
+#include "detect/sun_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cairn::ground {
+namespace {
+
+constexpr int kWindowPx = 512;
+constexpr int kWindows = 3;  // a side
+constexpr int kLevels = 4;
+constexpr int kLeastSidePx = 40;
+constexpr double kLeastPixelM = 0.01;
+constexpr int kAround = 12;  // half the side of the surroundings
+constexpr int kReachPx = 9;  // where the lit body is looked for
+constexpr int kRimPx = kAround + 2;
+constexpr double kDark = 4.0;   // standard deviations of the ground's texture
+constexpr double kClear = 0.2;  // of the spot's darkness
+
+struct Level {
+  int width = 0;
+  int height = 0;
+  std::vector<float> values;
+  std::vector<double> sums;  ///< over the rectangle from the origin, a row and a column more than `values`
+
+  float at(int x, int y) const {
+    return values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(x)];
+  }
+  double& sum(int x, int y) {
+    return sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) +
+                static_cast<std::size_t>(x)];
+  }
+  double sum(int x, int y) const {
+    return sums[static_cast<std::size_t>(y) * static_cast<std::size_t>(width + 1) +
+                static_cast<std::size_t>(x)];
+  }
+
+  void add_up() {
+    sums.assign(static_cast<std::size_t>(width + 1) * static_cast<std::size_t>(height + 1), 0.0);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x)
+        sum(x + 1, y + 1) = static_cast<double>(at(x, y)) + sum(x, y + 1) + sum(x + 1, y) - sum(x, y);
+    }
+  }
+  /// Mean of the square of side 2 `half` + 1, as far as it lies inside.
+  double mean(int x, int y, int half) const {
+    const int x0 = std::max(0, x - half);
+    const int x1 = std::min(width, x + half + 1);
+    const int y0 = std::max(0, y - half);
+    const int y1 = std::min(height, y + half + 1);
+    return (sum(x1, y1) - sum(x0, y1) - sum(x1, y0) + sum(x0, y0)) /
+           (static_cast<double>(x1 - x0) * (y1 - y0));
+  }
+};
+
+Level halved(const Level& fine) {
+  Level level{fine.width / 2, fine.height / 2, {}, {}};
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      level.values.push_back(0.25F * (fine.at(2 * x, 2 * y) + fine.at(2 * x + 1, 2 * y) +
+                                      fine.at(2 * x, 2 * y + 1) + fine.at(2 * x + 1, 2 * y + 1)));
+    }
+  }
+  return level;
+}
+
+/// The darkest of the 5 x 5 around it; of equals the last.
+bool is_spot(const Level& level, int x, int y) {
+  const double here = level.mean(x, y, 1);
+  for (int j = -2; j <= 2; ++j) {
+    for (int i = -2; i <= 2; ++i) {
+      const double there = level.mean(x + i, y + j, 1);
+      if (there < here || (there == here && (j > 0 || (j == 0 && i > 0)))) return false;
+    }
+  }
+  return true;
+}
+
+/// Brightest on the way from a place.
+double brightest(const Level& level, int x, int y, const Vec2& step) {
+  double most = -1e300;
+  for (int t = 2; t <= kReachPx; ++t) {
+    most = std::max(most, level.mean(static_cast<int>(std::lround(x + t * step.x())),
+                                     static_cast<int>(std::lround(y + t * step.y())), 1));
+  }
+  return most;
+}
+
+void count_spots(Level& level, const Vec2& towards, SunCheck& check) {
+  level.add_up();
+  std::vector<double> texture;
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x)
+      texture.push_back(std::fabs(level.mean(x, y, 1) - level.mean(x, y, kAround)));
+  }
+  const auto middle = texture.begin() + static_cast<std::ptrdiff_t>(texture.size() / 2);
+  std::nth_element(texture.begin(), middle, texture.end());
+  const double clear = kDark * 1.4826 * *middle;
+  for (int y = kRimPx; y < level.height - kRimPx; ++y) {
+    for (int x = kRimPx; x < level.width - kRimPx; ++x) {
+      const double around = level.mean(x, y, kAround);
+      const double darkness = around - level.mean(x, y, 1);
+      if (!(darkness > clear) || !(darkness > 0.0) || !is_spot(level, x, y)) continue;
+      const double lit = std::max(brightest(level, x, y, towards) - around, clear);
+      const double other = std::max(brightest(level, x, y, -towards) - around, clear);
+      if (lit - other > kClear * darkness) ++check.towards;
+      if (other - lit > kClear * darkness) ++check.away;
+    }
+  }
+}
+
+/// Missing pixels become the mean of the others; false where half of them are missing.
+bool read_window(RasterReader& reader, const PixelBox& box, Level& level) {
+  level.width = box.width();
+  level.height = box.height();
+  level.values.resize(box.pixels());
+  std::vector<std::uint8_t> missing(box.pixels());
+  if (!reader.read_values(box, level.values.data(), missing.data())) return true;
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    if (missing[i] != 0) continue;
+    sum += static_cast<double>(level.values[i]);
+    ++count;
+  }
+  if (2 * count < missing.size()) return false;
+  const auto mean = static_cast<float>(sum / static_cast<double>(count));
+  for (std::size_t i = 0; i < missing.size(); ++i) {
+    if (missing[i] != 0) level.values[i] = mean;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool SunCheck::looks_reversed() const {
+  const double excess = away - towards;
+  return excess > 2.5 * std::sqrt(static_cast<double>(away + towards + 1)) && away > 1.5 * towards;
+}
+
+SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun) {
+  SunCheck check;
+  const Vec2 towards = sun_direction_px(sun, facts.geo);
+  const int across =
+      facts.width > kWindowPx * kWindows ? kWindows : (facts.width + kWindowPx - 1) / kWindowPx;
+  const int down =
+      facts.height > kWindowPx * kWindows ? kWindows : (facts.height + kWindowPx - 1) / kWindowPx;
+  const auto place = [](int i, int count, int side) {
+    return count <= 1
+               ? 0
+               : static_cast<int>(static_cast<std::int64_t>(std::max(0, side - kWindowPx)) * i / (count - 1));
+  };
+  for (int j = 0; j < down; ++j) {
+    for (int i = 0; i < across; ++i) {
+      PixelBox box{place(i, across, facts.width), place(j, down, facts.height), 0, 0};
+      box.x1 = std::min(box.x0 + kWindowPx, facts.width);
+      box.y1 = std::min(box.y0 + kWindowPx, facts.height);
+      Level level;
+      if (!read_window(reader, box, level)) continue;
+      double pixel_m = facts.geo.pixel_m();
+      for (; pixel_m < kLeastPixelM && level.width >= 2 * kLeastSidePx; pixel_m *= 2.0) level = halved(level);
+      for (int k = 0; k < kLevels && std::min(level.width, level.height) >= kLeastSidePx; ++k) {
+        count_spots(level, towards, check);
+        level = halved(level);
+      }
+    }
+  }
+  return check;
+}
+
+}  // namespace cairn::ground

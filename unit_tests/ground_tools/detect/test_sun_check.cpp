@@ -1,0 +1,77 @@
+// A sun given where the shadows point, seen by the image itself.
+#include "detect/sun_check.hpp"
+
+#include <cmath>
+
+#include "core/random.hpp"
+#include "core/trig.hpp"
+#include "ground_tools/raster_in_memory.hpp"
+#include "support/cmocka.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+using test::Raster;
+
+namespace {
+
+Raster raster;
+
+constexpr int kSide = 400;
+
+/// Ground with `count` boulders of 6 to 12 px, lit towards the sun, and their shadows.
+void draw(int count, double azimuth_deg) {
+  Random random(7);
+  raster.width = kSide;
+  raster.height = kSide;
+  raster.geo.c[1] = 0.1;
+  raster.geo.c[5] = -0.1;
+  raster.grey.resize(static_cast<std::size_t>(kSide) * kSide);
+  for (std::uint8_t& grey : raster.grey) grey = static_cast<std::uint8_t>(110 + random.below(9));
+  const Vec2 towards = sun_direction_px({0.7, azimuth_deg * kRadPerDeg}, raster.geo);
+  for (int i = 0; i < count; ++i) {
+    const double u = 20.0 + random.below(kSide - 40);
+    const double v = 20.0 + random.below(kSide - 40);
+    const double radius = 3.0 + 0.01 * random.below(300);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        const Vec2 off(x - u, y - v);
+        const double along = off.dot(towards);
+        const double across = off.x() * towards.y() - off.y() * towards.x();
+        std::uint8_t& grey = raster.grey[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)];
+        if (std::fabs(across) < radius && along < 0.0 && along > -2.5 * radius) grey = 30;
+        if (off.norm() < radius) grey = along > 0.0 ? 170 : 60;
+      }
+    }
+  }
+}
+
+SunCheck check_at(double azimuth_deg) {
+  return check_sun(*test::view_of(raster)->reader(), test::view_of(raster)->facts(),
+                   {0.7, azimuth_deg * kRadPerDeg});
+}
+
+void test_both_ways(void**) {
+  for (const double azimuth_deg : {0.0, 50.0, 135.0, 200.0, 275.0, 330.0}) {
+    draw(40, azimuth_deg);
+    assert_false(check_at(azimuth_deg).looks_reversed());
+    assert_true(check_at(azimuth_deg + 180.0).looks_reversed());
+  }
+}
+
+void test_no_boulders_no_opinion(void**) {
+  draw(0, 0.0);
+  for (const double azimuth_deg : {0.0, 90.0, 180.0, 270.0})
+    assert_false(check_at(azimuth_deg).looks_reversed());
+  draw(3, 0.0);
+  assert_false(check_at(0.0).looks_reversed());
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_both_ways),
+      cmocka_unit_test(test_no_boulders_no_opinion),
+  };
+  return cmocka_run_group_tests_name("ground_tools/detect/sun_check", tests, nullptr, nullptr);
+}
