@@ -11,6 +11,7 @@
 #include "base/output_file.hpp"
 #include "base/quiet_gdal.hpp"
 #include "base/tool_error.hpp"
+#include "core/trig.hpp"
 #include "ortho/reference_system.hpp"
 
 namespace cairn::ground {
@@ -162,6 +163,47 @@ std::string reference_beside(const std::filesystem::path& csv) {
     throw ToolError("{}: contains no projected reference system as WKT; correct or remove it", prj.string());
   }
   return reference_text(&system);
+}
+
+PointLayer read_points(const std::filesystem::path& path, double min_diameter_m) {
+  const std::string name = path.string();
+  const QuietGdal quiet;
+  const Dataset data(GDALDataset::Open(name.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
+  if (data == nullptr)
+    throw ToolError("{}: cannot be opened as a layer of points{}; give a GeoPackage, GeoJSON or shapefile",
+                    name, quiet.reason());
+  OGRLayer* layer = data->GetLayerByName(kLayer);
+  if (layer == nullptr) layer = data->GetLayer(0);
+  if (layer == nullptr) throw ToolError("{}: contains no layer; export the boulders as points", name);
+  const OGRFeatureDefn& fields = *layer->GetLayerDefn();
+  int diameter = fields.GetFieldIndex("diameter_m");
+  if (diameter < 0) diameter = fields.GetFieldIndex("diameter");
+  if (diameter < 0)
+    throw ToolError("{}: layer '{}' has no field 'diameter_m' or 'diameter'; add it", name, layer->GetName());
+  PointLayer read;
+  const OGRSpatialReference* const system = layer->GetSpatialRef();
+  if (system != nullptr && system->IsGeographic() != 0)
+    throw ToolError("{}: its coordinates are degrees; save it in a projected system in metres", name);
+  read.reference_system = reference_text(system);
+  for (const auto& feature : *layer) {
+    const OGRGeometry* const shape = feature->GetGeometryRef();
+    if (shape == nullptr || wkbFlatten(shape->getGeometryType()) != wkbPoint)
+      throw ToolError("{}: feature {} is no point; export the boulders as points", name, feature->GetFID());
+    TableBoulder b;
+    b.p_map_m = Vec2(shape->toPoint()->getX(), shape->toPoint()->getY());
+    b.diameter_m = feature->GetFieldAsDouble(diameter);
+    if (!(b.diameter_m > 0.0) || !b.p_map_m.allFinite())
+      throw ToolError("{}: feature {} has no positive diameter or no place; correct or remove it", name,
+                      feature->GetFID());
+    b.area_m2 = 0.25 * kPi * b.diameter_m * b.diameter_m;
+    for (const Field& field : kFields) {
+      const int at = fields.GetFieldIndex(field.name);
+      if (at >= 0 && at != diameter && feature->IsFieldSetAndNotNull(at))
+        b.*field.member = feature->GetFieldAsDouble(at);
+    }
+    if (b.diameter_m >= min_diameter_m) read.boulders.push_back(b);
+  }
+  return read;
 }
 
 }  // namespace cairn::ground

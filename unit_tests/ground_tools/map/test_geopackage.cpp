@@ -95,6 +95,25 @@ void test_read_back(void**) {
 }
 
 /// However a system is written, the file's system means the same.
+/// What is written is read as it was.
+void test_points_are_boulders_again(void**) {
+  boulders.assign(2, TableBoulder());
+  boulders[0].p_map_m = Vec2(1000.123456789, -2.0e6);
+  boulders[0].diameter_m = 0.75;
+  boulders[0].confidence = 0.5;
+  boulders[1].p_map_m = Vec2(1001.0, -2.0e6);
+  boulders[1].diameter_m = 0.25;
+  write_geopackage(scratch.path("again.gpkg"), boulders, "EPSG:32633");
+  const PointLayer layer = read_points(scratch.path("again.gpkg"), 0.5);
+  assert_string_equal(layer.reference_system.c_str(), "EPSG:32633");
+  assert_int_equal(layer.boulders.size(), 1);
+  assert_near((layer.boulders[0].p_map_m - boulders[0].p_map_m).norm(), 0.0, 0.0);
+  assert_near(layer.boulders[0].diameter_m, 0.75, 0.0);
+  assert_near(layer.boulders[0].confidence, 0.5, 0.0);
+  assert_near(layer.boulders[0].height_m, 0.0, 0.0);
+  assert_refused(read_points(scratch.file("none.gpkg", "x")), "none.gpkg: cannot be opened");
+}
+
 void test_reference_systems(void**) {
   make_boulders(false);
   static std::string systems[] = {"EPSG:32633", "IAU_2015:49910",
@@ -174,6 +193,7 @@ void test_refusals(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_read_back),
+      cmocka_unit_test(test_points_are_boulders_again),
       cmocka_unit_test(test_reference_systems),
       cmocka_unit_test(test_same_table_same_bytes),
       cmocka_unit_test(test_ogrinfo),
