@@ -2,21 +2,27 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "base/boulder_table.hpp"
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/progress_line.hpp"
 #include "base/stop_signal.hpp"
 #include "base/tool_error.hpp"
 #include "cmap/cmap_file.hpp"
 #include "commands/cmd_map.hpp"
+#include "core/trig.hpp"
 #include "detect/map_build.hpp"
+#include "detect/sun_check.hpp"
 #include "map/geopackage.hpp"
 #include "map/quicklook.hpp"
 #include "ortho/heights.hpp"
+#include "ortho/reference_system.hpp"
+#include "ortho/true_scale.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -29,6 +35,7 @@ constexpr std::uint64_t kStateFromPx = 64'000'000;
 struct BuildOptions {
   fs::path ortho;
   fs::path from_csv;
+  fs::path from_gpkg;
   fs::path output;
   fs::path csv;
   fs::path gpkg;
@@ -38,10 +45,13 @@ struct BuildOptions {
   double min_diameter_m = 0.0;
   double quantum_m = 0.0;  ///< 0 = from the pixel
   int band = 0;
+  std::string no_data;  ///< a number, "none", or empty = as the image marks it
   int tile_px = 0;
   int threads = 0;
   std::string method;  ///< empty = by what is known of the sun
   std::string sun;     ///< empty = as the image's label has it
+  std::string sun_grid;
+  std::string scale = "auto";
   DetectorParams detector;
   ShadowParams shadow;
   CmapOptions coding;
@@ -108,15 +118,74 @@ BuildSettings settings_of(const BuildOptions& options) {
   return settings;
 }
 
+NoDataChoice no_data_of(const BuildOptions& options) {
+  NoDataChoice choice;
+  choice.guess = options.no_data.empty();
+  if (options.no_data.empty() || options.no_data == "none") return choice;
+  choice.value = to_finite(options.no_data);
+  if (!choice.value) {
+    throw ToolError("--no-data: '{}' is no number; give the value of the pixels without data, or none",
+                    options.no_data);
+  }
+  return choice;
+}
+
+/// Longer over shorter side of a pixel on the ground.
+double oblongness(const RasterFacts& facts, const std::optional<SiteFrame>& frame) {
+  Mat2 pixel;
+  pixel << facts.geo.c[1], facts.geo.c[2], facts.geo.c[4], facts.geo.c[5];
+  if (frame) pixel = (frame->map_from_ground.inverse() * pixel).eval();
+  const double across = pixel.col(0).norm();
+  const double down = pixel.col(1).norm();
+  return std::max(across, down) / std::min(across, down);
+}
+
+void check_pixels(const BuildOptions& options, const RasterFacts& facts,
+                  const std::optional<SiteFrame>& frame) {
+  constexpr double kMostOblong = 1.1;  // a boulder's width and length are 5 % off their mean
+  const double ratio = oblongness(facts, frame);
+  if (ratio <= kMostOblong) return;
+  const double side_m = facts.geo.pixel_m() / std::sqrt(ratio);
+  throw ToolError(
+      "{}: its pixels are {:.2f} times as long as wide{}; make them square with gdalwarp {}-tr {:.4g} "
+      "{:.4g} -r cubic",
+      options.ortho.string(), ratio, frame ? " on the ground" : "",
+      frame ? fmt::format("-t_srs '{}' ", local_reference(facts.reference_system, *frame)) : "", side_m,
+      side_m);
+}
+
+/// The sun as told, its azimuth clockwise from north; nothing where it is not known.
+std::optional<Sun> sun_from_north(const BuildOptions& options, const RasterFacts& facts,
+                                  const std::optional<SiteFrame>& frame) {
+  if (!options.sun.empty()) return parse_sun(options.sun);
+  std::optional<Sun> sun = facts.sun;
+  if (!options.sun_grid.empty()) sun = parse_sun(options.sun_grid, "--sun-grid");
+  if (sun && frame) sun->azimuth_rad = frame->azimuth_from_north(sun->azimuth_rad);
+  return sun;
+}
+
+/// Whether the map leaves the projection for the ground's own metres.
+bool on_ground(const BuildOptions& options, const SiteFrame& frame) {
+  const double tolerance = options.scale == "ground" ? kScaleTolerance : kScaleLeft;
+  return options.scale != "projection" && scale_error(frame) > tolerance;
+}
+
 /// The image and how boulders are found in it.
 TileInput open_input(const BuildOptions& options) {
   TileInput input;
-  input.source = open_orthoimage(options.ortho, options.band);
+  input.source = open_orthoimage(options.ortho, options.band, no_data_of(options));
   Detection& detection = input.detection;
   detection.otsu = options.detector;
   detection.shadow = options.shadow;
-  std::optional<Sun> sun = input.source->facts().sun;
-  if (!options.sun.empty()) sun = parse_sun(options.sun);
+  std::optional<SiteFrame> frame =
+      site_frame(input.source->facts().reference_system, middle_of(input.source->facts()));
+  check_pixels(options, input.source->facts(), frame);
+  std::optional<Sun> sun = sun_from_north(options, input.source->facts(), frame);
+  if (frame && on_ground(options, *frame)) {
+    input.source = std::make_unique<TrueScaleSource>(std::move(input.source), *frame);
+    frame = site_frame(input.source->facts().reference_system, middle_of(input.source->facts()));
+  }
+  if (sun && frame) sun->azimuth_rad = frame->azimuth_in_map(sun->azimuth_rad);
   if (options.method == "shadow" && !sun) {
     throw ToolError("{}: its label does not give the position of the sun; give --sun ELEVATION,AZIMUTH",
                     options.ortho.string());
@@ -129,13 +198,55 @@ TileInput open_input(const BuildOptions& options) {
 
 /// In one line: what is done, and why.
 void tell_method(const BuildOptions& options, const TileInput& input) {
-  if (input.detection.method == cmap::Method::kShadow) {
-    fmt::print("method shadow: sun at {} (elevation, azimuth in degrees) from {}\n",
-               to_text(input.detection.sun), options.sun.empty() ? "the image's label" : "--sun");
-  } else {
+  if (input.detection.method != cmap::Method::kShadow) {
     fmt::print("method otsu{}\n",
                options.method.empty() ? ": the position of the sun is not known (see --sun)" : "");
+    return;
   }
+  const RasterFacts& facts = input.source->facts();
+  const std::optional<SiteFrame> frame = site_frame(facts.reference_system, middle_of(facts));
+  const Sun& in_map = input.detection.sun;
+  Sun from_north = in_map;
+  if (frame) from_north.azimuth_rad = frame->azimuth_from_north(in_map.azimuth_rad);
+  const bool turned = std::fabs(wrap_angle(in_map.azimuth_rad - from_north.azimuth_rad)) > 1e-3;
+  fmt::print(
+      "method shadow: sun at {} (elevation, azimuth in degrees) from {}{}\n", to_text(from_north),
+      !options.sun.empty()        ? "--sun"
+      : !options.sun_grid.empty() ? "--sun-grid"
+                                  : "the image's label",
+      turned ? fmt::format("; azimuth {:.1f} in the map's axes", in_map.azimuth_rad * kDegPerRad) : "");
+}
+
+/// Metres of the ground along the axes of a plane whose metres are others; empty where they are the ground's.
+std::string scale_words(const std::string& system, const Vec2& p_m) {
+  const std::optional<SiteFrame> frame = site_frame(system, p_m);
+  if (!frame || scale_error(*frame) <= kScaleTolerance) return {};
+  const Vec2 scale = frame->ground_per_map();
+  return fmt::format("1 m of {} is {:.4f} m of ground along x and {:.4f} m along y at latitude {:.2f}",
+                     system, scale.x(), scale.y(), frame->latitude_deg);
+}
+
+/// What becomes of a scale that is not the ground's: `system` is the map's.
+void tell_scale(const std::string& words, const std::string& own, const std::string& system) {
+  if (words.empty()) return;
+  if (same_reference(own, system)) {
+    fmt::print(stderr,
+               "cairn: warning: {}; the map keeps these metres (--scale ground: it has the ground's)\n",
+               words);
+  } else {
+    fmt::print("scale: {}; the map has metres of the ground, in {}\n", words, system);
+  }
+}
+
+/// The largest body that is looked for; what is larger is a scarp's shadow, or a boundary.
+void leave_out_large(Prepared& made) {
+  const double most_m = ShadowParams().max_diameter_m;
+  const auto too_large = [&](const TableBoulder& b) { return b.diameter_m > most_m; };
+  const auto count = std::count_if(made.boulders.begin(), made.boulders.end(), too_large);
+  if (count == 0) return;
+  made.boulders.erase(std::remove_if(made.boulders.begin(), made.boulders.end(), too_large),
+                      made.boulders.end());
+  fmt::print("{} dark areas larger than {} m omitted: no boulders\n", count, most_m);
 }
 
 void leave_out_small(Prepared& made, const BuildOptions& options) {
@@ -147,27 +258,70 @@ void leave_out_small(Prepared& made, const BuildOptions& options) {
       made.boulders.end());
 }
 
+/// Boulders of a few pixels must not be larger than the largest looked for.
+void check_coarseness(const BuildOptions& options, const TileInput& input) {
+  const ShadowParams& shadow = input.detection.shadow;
+  const double pixel_m = input.source->facts().geo.pixel_m();
+  const double least_m = shadow.min_diameter_px * pixel_m;
+  if (input.detection.method != cmap::Method::kShadow || least_m <= shadow.max_diameter_m) return;
+  throw ToolError(
+      "{}: pixels of {:.3g} m are too coarse: {} of them are {:.3g} m, and boulders of up to {} m are "
+      "looked for; give an image of {:.2g} m a pixel or finer",
+      options.ortho.string(), pixel_m, shadow.min_diameter_px, least_m, shadow.max_diameter_m,
+      shadow.max_diameter_m / (2.0 * shadow.min_diameter_px));
+}
+
+/// An azimuth given where the shadows point is an easy slip.
+void tell_reversed_sun(const BuildOptions& options, const TileInput& input) {
+  if (input.detection.method != cmap::Method::kShadow) return;
+  const SunCheck seen = check_sun(*input.source->reader(), input.source->facts(), input.detection.sun);
+  if (!seen.looks_reversed()) return;
+  fmt::print(
+      stderr,
+      "cairn: warning: {}: of {} dark spots {} are lit on the side away from the sun: is the azimuth where "
+      "shadows point? It leads towards the sun; try one turned by 180 degrees\n",
+      options.ortho.string(), seen.towards + seen.away, seen.away);
+}
+
+/// Of the image as it is: its system, and scale_words().
+std::pair<std::string, std::string> own_scale(const BuildOptions& options) {
+  const std::unique_ptr<RasterSource> image =
+      open_orthoimage(options.ortho, options.band, {std::nullopt, false});
+  const RasterFacts& facts = image->facts();
+  return {facts.reference_system, scale_words(facts.reference_system, middle_of(facts))};
+}
+
 void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   OutputFile map(options.output);  // first, so that a folder that cannot be written is told before the work
   const TileInput input = open_input(options);
   const RasterFacts& facts = input.source->facts();
+  for (const std::string& remark : facts.remarks)
+    fmt::print(stderr, "cairn: warning: {}: {}\n", options.ortho.string(), remark);
   tell_method(options, input);
+  const auto* const true_scale = dynamic_cast<const TrueScaleSource*>(input.source.get());
+  const auto [own_system, own_words] = own_scale(options);
+  tell_scale(own_words, own_system, facts.reference_system);
   const StopSignal signal;
   ProgressLine progress(fmt::format("map build {}", options.ortho.filename().string()));
   BuildSettings settings = settings_of(options);
   settings.done = [&](double share) { progress.show(share); };
   settings.stop = [&] { return signal.asked(); };
   settings.say = [&](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+  check_coarseness(options, input);
+  tell_reversed_sun(options, input);
   MapBuild build(*input.source, input.detection, settings, ranks);
   Prepared made;
   made.boulders = build.run();
   progress.clear();
-  made.extent = extent_of(facts.geo, facts.width, facts.height);
+  if (true_scale != nullptr) true_scale->place(made.boulders);
+  made.extent =
+      true_scale != nullptr ? true_scale->extent() : extent_of(facts.geo, facts.width, facts.height);
   made.source.method = input.detection.method;
   made.source.pixel_m = facts.geo.pixel_m();
   made.source.parameters = to_text(input.detection);
   made.source.reference_system = facts.reference_system;
   leave_out_small(made, options);
+  leave_out_large(made);
   if (made.boulders.empty()) {
     build.finished();
     throw ToolError("{}: no boulder found; try a smaller {}", options.ortho.string(),
@@ -179,17 +333,40 @@ void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   build.finished();
 }
 
+/// Positions of a projection of another scale become metres of the ground; diameters are that already.
+void place_on_ground(const BuildOptions& options, Prepared& made) {
+  const std::string own = made.source.reference_system;
+  const MapExtent e = extent_of(made.boulders);
+  const Vec2 middle_m(0.5 * (e.min_x_m + e.max_x_m), 0.5 * (e.min_y_m + e.max_y_m));
+  const std::string words = scale_words(own, middle_m);
+  if (words.empty()) return;
+  if (on_ground(options, *site_frame(own, middle_m))) {
+    made.source.reference_system = local_reference(own, *site_frame(own, middle_m));
+    const Places to_ground(own, made.source.reference_system);
+    for (TableBoulder& b : made.boulders) b.p_map_m = to_ground(b.p_map_m);
+  }
+  tell_scale(words, own, made.source.reference_system);
+}
+
 void build_from_table(const BuildOptions& options) {
   OutputFile map(options.output);
   Prepared made;
-  made.boulders = read_csv(options.from_csv, options.min_diameter_m);
+  const fs::path& table = options.from_csv.empty() ? options.from_gpkg : options.from_csv;
+  if (options.from_csv.empty()) {
+    PointLayer layer = read_points(table, options.min_diameter_m);
+    made.boulders = std::move(layer.boulders);
+    made.source.reference_system = layer.reference_system;
+  } else {
+    made.boulders = read_csv(table, options.min_diameter_m);
+    made.source.reference_system = reference_beside(table);
+  }
   if (made.boulders.empty()) {
     throw ToolError("{}: contains no boulder of {} m or more; lower --min-diameter or give another table",
-                    options.from_csv.string(), options.min_diameter_m);
+                    table.string(), options.min_diameter_m);
   }
-  made.extent = extent_of(made.boulders);
   made.source.parameters = fmt::format("table min_diameter_m={}", options.min_diameter_m);
-  made.source.reference_system = reference_beside(options.from_csv);
+  place_on_ground(options, made);
+  made.extent = extent_of(made.boulders);
   write_products(options, made, map);
 }
 
@@ -200,11 +377,12 @@ void build(const BuildOptions& options) {
     return;
   }
   const TileLead lead(ranks);
-  if (options.ortho.empty() == options.from_csv.empty()) {
-    throw ToolError("map build: give either an orthoimage or --from-csv TABLE");
-  }
+  const int inputs = static_cast<int>(!options.ortho.empty()) + static_cast<int>(!options.from_csv.empty()) +
+                     static_cast<int>(!options.from_gpkg.empty());
+  if (inputs != 1)
+    throw ToolError("map build: give either an orthoimage, --from-csv TABLE or --from-gpkg LAYER");
   check_products(options);
-  if (options.from_csv.empty()) {
+  if (!options.ortho.empty()) {
     build_from_image(options, ranks);
   } else {
     build_from_table(options);
@@ -235,12 +413,21 @@ void add_map_build(CLI::App& map) {
   build_app->add_option(
       "--from-csv", o.from_csv,
       "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");
+  build_app->add_option("--from-gpkg", o.from_gpkg,
+                        "or from the points of a GeoPackage, GeoJSON or shapefile with a field diameter_m");
   build_app->add_option("--min-diameter", o.min_diameter_m, "omit boulders smaller than this, m")
       ->check(CLI::NonNegativeNumber);
   build_app
       ->add_option("--quantum", o.quantum_m,
                    "step of the positions, m (default: a quarter of a pixel or finer, at least 2 mm)")
       ->check(CLI::PositiveNumber);
+  build_app
+      ->add_option(
+          "--scale", o.scale,
+          "metres of the map where the projection's differ from the ground's: auto (the ground's, from 1 % "
+          "on), ground (from 0.1 % on), projection (never)")
+      ->check(CLI::IsMember({"auto", "ground", "projection"}))
+      ->capture_default_str();
   build_app->add_flag("--positions-only", o.coding.positions_only, "omit sizes, heights and confidences");
   build_app->add_option("--tile-boulders", o.coding.boulders_per_tile, "average number of boulders per tile")
       ->check(CLI::Range(1.0, 4000.0))
@@ -253,6 +440,9 @@ void add_map_build(CLI::App& map) {
       ->add_option("--band", o.band,
                    "band to use (default: mean of the first three of three or more, else 1)")
       ->check(CLI::PositiveNumber);
+  build_app->add_option("--no-data", o.no_data,
+                        "value of pixels without data, besides those that the image marks; none: do not look "
+                        "for an unmarked collar");
   build_app
       ->add_option("--tile", o.tile_px,
                    "side of the tiles that the image is cut into, px (default: chosen for the file); the "
@@ -275,8 +465,13 @@ void add_map_build(CLI::App& map) {
   build_app
       ->add_option(
           "--sun", o.sun,
-          "ELEVATION,AZIMUTH in degrees, azimuth towards the sun, clockwise from north (default: from the "
-          "image's label)")
+          "ELEVATION,AZIMUTH in degrees, azimuth towards the sun, clockwise from true north (default: from "
+          "the image's label)")
+      ->group(detector);
+  build_app
+      ->add_option("--sun-grid", o.sun_grid,
+                   "the same with the azimuth clockwise from the y axis of the image's projection")
+      ->excludes("--sun")
       ->group(detector);
   build_app
       ->add_option("--min-confidence", o.shadow.min_confidence,

@@ -7,7 +7,10 @@
 
 #include "base/tool_error.hpp"
 #include "commands/cmd_map.hpp"
+#include "map/geopackage.hpp"
 #include "map/score.hpp"
+#include "ortho/reference_system.hpp"
+#include "ortho/true_scale.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -24,6 +27,7 @@ struct ScoreOptions {
 void print_score(const ScoreOptions& options) {
   std::vector<TableBoulder> entries;
   MapExtent extent;
+  std::string system;
   if (options.map.extension() == ".csv") {
     entries = read_csv(options.map);
     extent = extent_of(entries);
@@ -31,9 +35,16 @@ void print_score(const ScoreOptions& options) {
     CmapContent map = load_map(options.map);
     entries = std::move(map.boulders);
     extent = map.extent;
+    system = map.reference_system;
   }
   const ScoreParams& p = options.params;
-  const std::vector<TableBoulder> truth = read_csv(options.truth);
+  std::vector<TableBoulder> truth = read_csv(options.truth);
+  const std::string truth_system = reference_beside(options.truth);
+  if (!is_local_reference(system) && !is_local_reference(truth_system) &&
+      !same_reference(system, truth_system)) {
+    const Places to_map(truth_system, system);
+    for (TableBoulder& rock : truth) rock.p_map_m = to_map(rock.p_map_m);
+  }
   const MapScore score = score_map(entries, truth, extent, p);
   if (score.rocks == 0) {
     throw ToolError("{}: no rock of {} m or more lies inside {}; are both in the same reference system?",
@@ -63,7 +74,10 @@ void add_map_score(CLI::App& map) {
   const auto score = std::make_shared<ScoreOptions>();
   CLI::App* score_app = map.add_subcommand("score", "compare a map, or a table, with the true rocks");
   score_app->add_option("MAP", score->map, "map (.cmap) or table (.csv)")->required();
-  score_app->add_option("--truth", score->truth, "table of the true rocks (columns x, y, diameter)")
+  score_app
+      ->add_option(
+          "--truth", score->truth,
+          "table of the true rocks (columns x, y, diameter), in the map's reference system or with a .prj beside it")
       ->required();
   score_app->add_option("--margin", score->params.margin_m, "margin of the map that is not counted, m")
       ->capture_default_str();

@@ -1,6 +1,7 @@
 #include "map/quicklook.hpp"
 
 #include <gdal_priv.h>
+#include <gdalwarper.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
@@ -153,22 +154,36 @@ void paint(Canvas& canvas, const Grey& grey) {
   }
 }
 
+/// The image as it looks in the map's system; null where it is in it, or either has none.
+std::unique_ptr<GDALDataset> in_system(GDALDataset& image, const std::string& reference_system) {
+  const std::string own = reference_text(image.GetSpatialRef());
+  if (is_local_reference(own) || is_local_reference(reference_system) ||
+      same_reference(own, reference_system))
+    return nullptr;
+  const OGRSpatialReference wanted = reference_of(reference_system, "the map");
+  char* text = nullptr;
+  wanted.exportToWkt(&text);
+  std::unique_ptr<GDALDataset> turned(GDALDataset::FromHandle(
+      GDALAutoCreateWarpedVRT(GDALDataset::ToHandle(&image), nullptr, text, GRA_Bilinear, 0.1, nullptr)));
+  CPLFree(text);
+  if (turned == nullptr)
+    throw ToolError("{}: is in {}, the map in {}, and neither can be drawn in the other; use gdalwarp -t_srs",
+                    image.GetDescription(), own, reference_system);
+  return turned;
+}
+
 Picture picture_of(const MapExtent& extent, const std::string& reference_system,
                    const QuicklookParams& params) {
   const std::string name = params.ortho.string();
   QuietGdal gdal;
-  const std::unique_ptr<GDALDataset> ortho = open_raster(name, "an orthoimage", gdal);
+  std::unique_ptr<GDALDataset> image = open_raster(name, "an orthoimage", gdal);
+  std::unique_ptr<GDALDataset> turned = in_system(*image, reference_system);
+  GDALDataset* const ortho = turned != nullptr ? turned.get() : image.get();
   if (params.band < 0 || params.band > ortho->GetRasterCount())
     throw ToolError("{}: has no band {}; choose --band 1 to {}", name, params.band, ortho->GetRasterCount());
   GeoTransform geo;
   if (ortho->GetGeoTransform(geo.c) != CE_None)
     throw ToolError("{}: has no geo-reference; give the orthoimage that the map was made from", name);
-  const std::string system = reference_text(ortho->GetSpatialRef());
-  if (!is_local_reference(system) && !is_local_reference(reference_system) &&
-      !same_reference(system, reference_system)) {
-    throw ToolError("{}: is in {}, the map in {}; give an orthoimage in the map's reference system", name,
-                    system, reference_system);
-  }
   const Window w = window_of(*ortho, geo, extent);
   if (w.width == 0 || w.height == 0)
     throw ToolError("{}: does not overlap the mapped area; give the orthoimage of this site", name);

@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 const Scratch scratch;
-const char* const kMars = "+proj=eqc +lat_ts=-38.071984777395 +lon_0=224.02263789406 +R=3388546.86869391";
+const char* const kMars = "+proj=eqc +lat_ts=0 +lon_0=224.02263789406 +R=3388546.86869391";
 const MapExtent kExtent{100.0, 5000.0, 200.0, 5100.0};
 std::vector<TableBoulder> boulders;
 std::vector<std::uint8_t> bytes;

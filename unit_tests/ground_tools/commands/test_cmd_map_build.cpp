@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <thread>
 
 #include "base/boulder_table.hpp"
 #include "core/random.hpp"
+#include "core/trig.hpp"
 #include "ground_tools/program.hpp"
 #include "ground_tools/test_images.hpp"
 #include "support/data.hpp"
@@ -77,6 +79,18 @@ void convert(const fs::path& from, const char* driver, const fs::path& to) {
   assert_non_null(made.get());
 }
 
+/// The site in another system, pixels of `pixel_m` at (x, y) there.
+std::string site_in(const char* name, const char* system, double x, double y, double pixel_m) {
+  const fs::path path = tiff(name);
+  const std::unique_ptr<GDALDataset> data(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+  double geo[6] = {x, pixel_m, 0.0, y, 0.0, -pixel_m};
+  data->SetGeoTransform(geo);
+  OGRSpatialReference reference;
+  reference.SetFromUserInput(system);
+  data->SetSpatialRef(&reference);
+  return path.string();
+}
+
 int setup(void**) {
   tiff("site.tif");
   assert_int_equal(build(file("site.tif") + into("whole")), 0);
@@ -135,6 +149,33 @@ void test_sun_chooses_the_method(void**) {
 }
 
 /// Killed at many moments, each time started again; then ended by a signal that it hears.
+/// Mercator at 60 degrees of a sphere: 1 m of the map is half a metre. The same boulders, as far apart and as large.
+void test_metres_of_the_ground(void**) {
+  const char* const mercator = "+proj=merc +R=3396190";
+  const double y = 3396190.0 * std::log(std::tan(75.0 * kRadPerDeg));
+  const std::string twice = site_in("twice.tif", mercator, 0.0, y, 0.04);
+  assert_int_equal(build(twice + " --sun 45,135" + into("ground")), 0);
+  assert_int_equal(build(file("site.tif") + " --sun-grid 45,135" + into("plain")), 0);
+  const std::vector<TableBoulder> ground = read_csv(file("ground.csv"));
+  const std::vector<TableBoulder> plain = read_csv(file("plain.csv"));
+  assert_int_equal(ground.size(), plain.size());
+  const Vec2 shift = ground[0].p_map_m - plain[0].p_map_m;
+  for (std::size_t i = 0; i < plain.size(); ++i) {
+    assert_near((ground[i].p_map_m - plain[i].p_map_m - shift).norm(), 0.0, 0.005);
+    assert_near(ground[i].diameter_m, plain[i].diameter_m, 1e-3);
+  }
+  assert_int_equal(build(twice + " --sun 45,135 --scale projection" + into("kept")), 0);
+  assert_true(ended.errors.find("0.5000 m of ground") != std::string::npos);
+  assert_near(read_csv(file("kept.csv"))[0].diameter_m, 2.0 * plain[0].diameter_m, 2e-3);
+  // A table of the same system.
+  assert_int_equal(
+      build("--from-csv " + file("kept.csv") + " -o " + file("table.cmap") + " --csv " + file("table.csv")),
+      0);
+  const std::vector<TableBoulder> table = read_csv(file("table.csv"));
+  assert_near((table.back().p_map_m - table.front().p_map_m).norm(),
+              (ground.back().p_map_m - ground.front().p_map_m).norm(), 0.02);
+}
+
 void test_killed_and_started_again(void**) {
   const std::string state = file("killed.cmap.part");
   const std::string arguments = file("site.tif") + into("killed") + " --tile 64 --threads 1 --state " + state;
@@ -247,6 +288,7 @@ int main() {
       cmocka_unit_test(test_the_same_from_other_formats),
       cmocka_unit_test(test_isis_cube),
       cmocka_unit_test(test_sun_chooses_the_method),
+      cmocka_unit_test(test_metres_of_the_ground),
       cmocka_unit_test(test_killed_and_started_again),
       cmocka_unit_test(test_full_disk),
       cmocka_unit_test(test_bad_images),
