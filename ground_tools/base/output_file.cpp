@@ -1,17 +1,39 @@
 #include "base/output_file.hpp"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 
+#include "base/number_table.hpp"
 #include "base/tool_error.hpp"
 
 namespace cairn::ground {
+namespace {
+
+/// What runs that were killed have left beside `path`: nobody of their number lives.
+void remove_abandoned_parts(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  const std::string stem = path.filename().string() + ".part";
+  std::error_code failed;
+  for (std::filesystem::directory_iterator at(folder, failed), end; !failed && at != end;
+       at.increment(failed)) {
+    const std::string name = at->path().filename().string();
+    if (name.rfind(stem, 0) != 0) continue;
+    const std::optional<int> owner = to_number<int>(std::string_view(name).substr(stem.size()));
+    std::error_code ignored;
+    if (owner && *owner > 0 && ::kill(*owner, 0) != 0 && errno == ESRCH)
+      std::filesystem::remove_all(at->path(), ignored);
+  }
+}
+
+}  // namespace
 
 OutputFile::OutputFile(const std::filesystem::path& path)
     : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())) {
+  remove_abandoned_parts(path_);
   file_ = std::fopen(part_.c_str(), "wb");
   if (file_ == nullptr) {
     throw ToolError("{}: cannot write here ({}); choose a folder that exists and is writable", path_.string(),
@@ -52,6 +74,7 @@ void OutputFile::commit() {
 
 OutputByName::OutputByName(const std::filesystem::path& path)
     : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())) {
+  remove_abandoned_parts(path_);
   std::error_code failed;
   if (std::filesystem::is_directory(path_)) failed = std::make_error_code(std::errc::is_a_directory);
   if (!failed) std::filesystem::create_directory(part_, failed);
