@@ -27,9 +27,9 @@ MapExtent extent_of(const std::vector<TableBoulder>& boulders) {
 std::string to_csv(const std::vector<TableBoulder>& boulders) {
   std::string text = "x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m\n";
   for (const TableBoulder& b : boulders) {
-    text +=
-        fmt::format("{:.4f},{:.4f},{:.4f},{:.6f},{:.3f},{:.2f},{:.3f},{:.3f},", b.p_map_m.x(), b.p_map_m.y(),
-                    b.diameter_m, b.area_m2, b.contrast, b.elongation, b.height_m, b.confidence);
+    const std::string contrast = b.contrast == 0.0 ? "" : fmt::format("{:.3f}", b.contrast);
+    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.6f},{},{:.2f},{:.3f},{:.3f},", b.p_map_m.x(), b.p_map_m.y(),
+                        b.diameter_m, b.area_m2, contrast, b.elongation, b.height_m, b.confidence);
     if (std::isfinite(b.ground_z_m)) text += fmt::format("{:.3f}", b.ground_z_m);
     text += '\n';
   }

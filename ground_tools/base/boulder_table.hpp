@@ -40,7 +40,7 @@ MapExtent extent_of(const std::vector<TableBoulder>& boulders);
 
 /// CSV text, one boulder a line, positions to 0.1 mm:
 ///   x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m
-/// The last is empty where unknown.
+/// contrast and the last are empty where unknown.
 std::string to_csv(const std::vector<TableBoulder>& boulders);
 
 /// Reads a CSV table with a header line. Columns may stand in any order and others are passed over; x or x_m,

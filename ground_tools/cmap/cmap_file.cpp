@@ -360,7 +360,8 @@ std::string explain(MapStatus status) {
     case MapStatus::kDirectoryCrc: return "has a damaged tile directory (CRC); copy or build it again";
     case MapStatus::kBadDirectory:
       return "has a tile directory that is inconsistent or does not match the tiles; build it again";
-    case MapStatus::kDamaged: return "has damaged tiles (CRC), the rest is usable; copy or build it again";
+    case MapStatus::kDamaged:
+      return "has damaged tiles (CRC); cairn map unpack --salvage takes the rest, or copy or build it again";
     case MapStatus::kNoBoulders:
       return "contains no boulders; build it with a lower threshold or from a larger image";
   }
