@@ -13,6 +13,7 @@
 #include "commands/commands.hpp"
 #include "core/trig.hpp"
 #include "ortho/reference_system.hpp"
+#include "ortho/site_frame.hpp"
 
 namespace cairn::ground {
 
@@ -36,6 +37,17 @@ void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
   throw ToolError(
       "{}: uses {}, but {} uses {}; build both from orthoimages of one reference system (gdalwarp -t_srs)",
       b_path.string(), b.reference_system, a_path.string(), a.reference_system);
+}
+
+std::string scale_words(const CmapContent& map) {
+  const MapExtent& e = map.extent;
+  return scale_words(map.reference_system, {0.5 * (e.min_x_m + e.max_x_m), 0.5 * (e.min_y_m + e.max_y_m)});
+}
+
+void warn_of_scale(const std::filesystem::path& path, const CmapContent& map) {
+  const std::string words = scale_words(map);
+  if (!words.empty())
+    fmt::print(stderr, "cairn: warning: {}: {}; lengths here are the map's\n", path.string(), words);
 }
 
 std::string apart_words(const std::filesystem::path& a_path, const CmapContent& a,

@@ -39,6 +39,10 @@ CmapContent load_map(const std::filesystem::path& path);
 void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
                       const std::filesystem::path& b_path, const CmapContent& b);
 
+/// The scale of a map's system at its middle as ortho/site_frame.hpp tells it, and as a warning on stderr.
+std::string scale_words(const CmapContent& map);
+void warn_of_scale(const std::filesystem::path& path, const CmapContent& map);
+
 /// In words that two maps lie farther apart than either is wide, with the circumference of their body where that
 /// is what lies between them (longitudes of 0 to 360 against -180 to 180); empty where they are neighbours.
 std::string apart_words(const std::filesystem::path& a_path, const CmapContent& a,

@@ -217,15 +217,6 @@ void tell_method(const BuildOptions& options, const TileInput& input) {
       turned ? fmt::format("; azimuth {:.1f} in the map's axes", in_map.azimuth_rad * kDegPerRad) : "");
 }
 
-/// Metres of the ground along the axes of a plane whose metres are others; empty where they are the ground's.
-std::string scale_words(const std::string& system, const Vec2& p_m) {
-  const std::optional<SiteFrame> frame = site_frame(system, p_m);
-  if (!frame || scale_error(*frame) <= kScaleTolerance) return {};
-  const Vec2 scale = frame->ground_per_map();
-  return fmt::format("1 m of {} is {:.4f} m of ground along x and {:.4f} m along y at latitude {:.2f}",
-                     system, scale.x(), scale.y(), frame->latitude_deg);
-}
-
 /// What becomes of a scale that is not the ground's: `system` is the map's.
 void tell_scale(const std::string& words, const std::string& own, const std::string& system) {
   if (words.empty()) return;

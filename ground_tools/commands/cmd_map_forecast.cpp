@@ -76,6 +76,7 @@ void run(const ForecastOptions& options) {
         options.mission, cfg::kMission.name, options.mission);
   }
   const CmapContent map = decode_cmap(read_file(options.map), options.map.string());
+  warn_of_scale(options.map, map);
   const ForecastModel model = model_of(options, map.method);
   const std::vector<PathPoint> drive = planned(options, map);
   const Forecast made = forecast(model_for(model, map.boulders, map.extent), map.boulders, drive);

@@ -14,6 +14,7 @@
 #include "commands/cmd_map.hpp"
 #include "core/big_endian.hpp"
 #include "core/trig.hpp"
+#include "ortho/site_frame.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -148,6 +149,15 @@ Facts facts_of(const std::vector<std::uint8_t>& bytes, const CmapContent& map) {
   return f;
 }
 
+/// Along x and y at the middle; null where no body is known.
+Json ground_scale(const CmapContent& map) {
+  const MapExtent& e = map.extent;
+  const auto frame =
+      site_frame(map.reference_system, {0.5 * (e.min_x_m + e.max_x_m), 0.5 * (e.min_y_m + e.max_y_m)});
+  if (!frame) return nullptr;
+  return {frame->ground_per_map().x(), frame->ground_per_map().y()};
+}
+
 Json info_json(const fs::path& path, const CmapContent& map, const Facts& f) {
   const double area = area_m2(map.extent);
   Json sizes = Json::array();
@@ -165,6 +175,7 @@ Json info_json(const fs::path& path, const CmapContent& map, const Facts& f) {
           {"area_m2", area},
           {"density_per_m2", area > 0.0 ? static_cast<double>(map.boulders.size()) / area : 0.0},
           {"reference_system", map.reference_system},
+          {"ground_m_per_map_m", ground_scale(map)},
           {"position_step_m", map.quantum_m},
           {"tiles",
            {{"columns", map.columns},
@@ -221,6 +232,7 @@ void print_text(const fs::path& path, const CmapContent& map, const Facts& f) {
   fmt::print("east              {:.3f} to {:.3f} m\n", map.extent.min_x_m, map.extent.max_x_m);
   fmt::print("north             {:.3f} to {:.3f} m\n", map.extent.min_y_m, map.extent.max_y_m);
   fmt::print("reference system  {}\n", map.reference_system);
+  if (const std::string scale = scale_words(map); !scale.empty()) fmt::print("scale             {}\n", scale);
   fmt::print("position step     {} m\n", map.quantum_m);
   fmt::print("tiles             {} x {} of {:.3f} m, {} with boulders\n", map.columns, map.rows, map.tile_m,
              f.full_tiles);

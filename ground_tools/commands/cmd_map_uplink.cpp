@@ -56,6 +56,7 @@ void uplink(const UplinkOptions& options) {
   const PlannedPath path = path_of(read_waypoints(options.path));
   std::optional<BaseMap> base;
   if (!options.base.empty()) base = BaseMap{read_file(options.base), options.base.string()};
+  warn_of_scale(options.map, load_map(options.map));
   const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, options.params, base);
 
   std::uint32_t sequence = options.sequence;

@@ -1,5 +1,6 @@
 #include "ortho/site_frame.hpp"
 
+#include <fmt/format.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
@@ -112,6 +113,14 @@ std::string local_reference(const OGRSpatialReference& system, const SiteFrame& 
 
 std::string local_reference(const std::string& reference, const SiteFrame& frame) {
   return local_reference(reference_of(reference, "the map"), frame);
+}
+
+std::string scale_words(const std::string& system, const Vec2& p_m) {
+  const std::optional<SiteFrame> frame = site_frame(system, p_m);
+  if (!frame || scale_error(*frame) <= kScaleTolerance) return {};
+  const Vec2 scale = frame->ground_per_map();
+  return fmt::format("1 m of {} is {:.4f} m of ground along x and {:.4f} m along y at latitude {:.2f}",
+                     system, scale.x(), scale.y(), frame->latitude_deg);
 }
 
 }  // namespace cairn::ground

@@ -43,4 +43,8 @@ inline constexpr double kScaleLeft = 1e-2;
 std::string local_reference(const std::string& reference, const SiteFrame& frame);
 std::string local_reference(const OGRSpatialReference& system, const SiteFrame& frame);
 
+/// In words, what a metre of the system is on the ground at a place; empty where it is one within kScaleTolerance,
+/// or no body is known.
+std::string scale_words(const std::string& reference, const Vec2& p_map_m);
+
 }  // namespace cairn::ground

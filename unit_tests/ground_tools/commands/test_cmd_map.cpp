@@ -95,6 +95,15 @@ void test_info(void**) {
   // log2 C(1e8, 3000) / 3000, by an exact sum of logarithms elsewhere: 16.4669.
   assert_near(json["bits_per_boulder"]["position_limit"].get<double>(), 16.467, 0.01);
   assert_int_equal(json["revision"].get<int>(), 3);
+  assert_near(json["ground_m_per_map_m"][0].get<double>(), 1.0, 1e-5);
+
+  // At the equator of a map that is true at 60 degrees, a metre along x is two.
+  write_map("wide.cmap", "+proj=eqc +lat_ts=60 +R=3388546.87");
+  assert_int_equal(cairn_says("map info --json" + quoted("wide.cmap")), 0);
+  assert_near(json["ground_m_per_map_m"][0].get<double>(), 2.0, 1e-5);
+  assert_near(json["ground_m_per_map_m"][1].get<double>(), 1.0, 1e-5);
+  assert_int_equal(cairn_says("map info" + quoted("wide.cmap")), 0);
+  assert_true(text.find("is 2.0000 m of ground along x") != std::string::npos);
 }
 
 void test_verify(void**) {
