@@ -112,7 +112,8 @@ MapFixStatus MapFix::start_lost(const MapFixParams& params, const OrbitalMap& ma
 
 MapFixStatus MapFix::relocate(const SearchRegion& region) {
   phase_ = Phase::kRelocate;
-  const RelocationParams params{params_.lost, params_.search.evidence, params_.search.verdict};
+  const RelocationParams params{params_.lost, params_.search.evidence, params_.search.verdict,
+                                params_.search.scale_sigma};
   return status_ = status_of(relocation_.start(params, map_, local_, pivot_site_m_, region));
 }
 
@@ -161,7 +162,7 @@ Progress MapFix::read_window(WorkBudget& budget) {
     if (progress == Progress::kDone) break;
     if (chunk.empty()) return Progress::kMore;
   }
-  begin_search();
+  begin_search(params_.search.evidence.scale_sigma);
   return Progress::kDone;
 }
 
@@ -182,19 +183,26 @@ bool MapFix::expects_proof(std::size_t boulders, double density) const {
   return n * each - 2.0 * std::sqrt(n * kTrueShare) > params_.search.verdict.ln_threshold + volume;
 }
 
-void MapFix::begin_search() {
+void MapFix::begin_search(double scale_sigma) {
   result_.map_boulders = static_cast<std::uint16_t>(window_.size());
   phase_ = Phase::kSearch;
+  params_.search.evidence.scale_sigma = scale_sigma;
   status_ = status_of(search_.start(params_.search, window_, window_radius_m_, local_, T_map_site_,
                                     pivot_site_m_, prior_covariance_));
 }
 
 void MapFix::take_search() {
   const SearchResult& r = search_.result();
+  const bool again = result_.hypotheses > 0;
+  result_.hypotheses += r.hypotheses;
+  if (again && r.verdict.status != VerdictStatus::kAccepted) {
+    status_ = status_of(result_.verdict.status);
+    return;
+  }
   result_.scale = r.scale;
+  result_.scale_sigma = r.scale_sigma;
   result_.rms_m = r.best.rms_m;
   result_.pairs = r.best.matched;
-  result_.hypotheses = r.hypotheses;
   result_.sightings = static_cast<std::uint16_t>(r.sightings);
   result_.proof_expected = r.density > 0.0 && expects_proof(static_cast<std::size_t>(r.sightings), r.density);
   Mat3 information;
@@ -205,6 +213,9 @@ void MapFix::take_search() {
   const Hypothesis& pose = r.best.pose;
   judged(r.verdict, Vec3(pose.x_m, pose.y_m, wrap_angle(pose.yaw_rad - T_map_site_.yaw_rad)), r.covariance,
          information);
+  if (!again && status_ == MapFixStatus::kTooLittleEvidence && result_.hypotheses > 0 &&
+      params_.search.evidence.scale_sigma == 0.0 && params_.search.scale_sigma > 0.0)
+    begin_search(params_.search.scale_sigma);
 }
 
 void MapFix::take_relocation() {
@@ -221,6 +232,8 @@ void MapFix::take_relocation() {
   const RelocationResult& r = relocation_.result();
   result_.rms_m = r.best.rms_m;
   result_.pairs = r.best.matched;
+  result_.scale = r.scale;
+  result_.scale_sigma = r.scale_sigma;
   result_.hypotheses = r.hypotheses;
   const Vec2 moved = r.T_map_site * pivot_site_m_ - pivot_map_m_;
   judged(r.verdict, Vec3(moved.x(), moved.y(), wrap_angle(r.T_map_site.yaw_rad - T_map_site_.yaw_rad)),

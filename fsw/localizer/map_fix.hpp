@@ -10,6 +10,9 @@
 /// lost, in the disc and the sector that the prior leaves room for: pairs of boulders, rarest first, cost a
 /// hundredth of going through all poses there.
 ///
+/// Scale. Where the evidence is too little, the pose is looked for once more with the map's scale left free
+/// within search.scale_sigma. What is accepted then has paid for it; else the result is the first one.
+///
 /// The result is what the map alone says, without the prior: a filter that weighs it against the pose must
 /// not count the prior twice. With C the covariance that came out with the prior P, and off the offset from
 /// the prior's mean,
@@ -59,7 +62,8 @@ struct MapFixResult {
   Verdict verdict;
   Vec3 offset = Vec3(0.0, 0.0, 0.0);  ///< x, y, yaw of the pivot in map: what the map says, less the start
   Mat3 covariance = Mat3::Zero();     ///< of it, without the prior
-  double scale = 1.0;
+  double scale = 1.0;                 ///< lengths of the map over those of the local map
+  double scale_sigma = 0.0;           ///< 0: not looked for
   double rms_m = 0.0;
   double pairs = 0.0;  ///< expected number of true ones
   std::uint32_t hypotheses = 0;
@@ -92,7 +96,7 @@ class MapFix {
   MapFixStatus relocate(const SearchRegion& region);
   SearchRegion region_of_prior() const;
   Progress read_window(WorkBudget& budget);
-  void begin_search();
+  void begin_search(double scale_sigma);
   void take_search();
   void take_relocation();
   bool expects_proof(std::size_t boulders, double density) const;

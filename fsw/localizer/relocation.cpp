@@ -160,13 +160,12 @@ void Relocation::next_hit() {
 }
 
 void Relocation::judge_all() {
-  result_.hypotheses = search_.hypotheses();
   std::size_t first = 0;
   for (std::size_t k = 1; k < weighed_.size(); ++k) {
     if (weighed_[k].evidence.log_ratio > weighed_[first].evidence.log_ratio) first = k;
   }
   if (weighed_.empty()) {
-    status_ = RelocationStatus::kNotFound;
+    judged();
     return;
   }
   const Weighed& best = weighed_[first];
@@ -184,16 +183,42 @@ void Relocation::judge_all() {
     const bool room = decoys.scores.push_back(w.evidence.S);
     CAIRN_ASSERT(room);
   }
+  const Verdict verdict = judge(params_.verdict, best.evidence, second, prior_, decoys);
+  const double better = result_.verdict.status == VerdictStatus::kAccepted ? kScaleMargin : -1.0e3;
+  if (params_.evidence.scale_sigma > 0.0 && (verdict.status != VerdictStatus::kAccepted ||
+                                             verdict.log_ratio < result_.verdict.log_ratio + better)) {
+    judged();  // as it was without
+    return;
+  }
   result_.best = best.evidence;
   result_.decoys = static_cast<int>(decoys.scores.size());
-  result_.verdict = judge(params_.verdict, best.evidence, second, prior_, decoys);
+  result_.verdict = verdict;
+  result_.scale = best.evidence.pose.scale;
+  result_.scale_sigma = std::sqrt(best.evidence.covariance(3, 3));
   result_.covariance = best.evidence.covariance.topLeftCorner<3, 3>();
   const double yaw = wrap_angle(best.evidence.pose.yaw_rad);
   const SinCos r = sin_cos(yaw);
   const Vec2 at = place(best);
   result_.T_map_site = {at.x() - (r.cos * pivot_site_m_.x() - r.sin * pivot_site_m_.y()),
                         at.y() - (r.sin * pivot_site_m_.x() + r.cos * pivot_site_m_.y()), yaw};
-  status_ = RelocationStatus::kJudged;
+  judged();
+}
+
+/// Once with the scale as it is, once with the scale left free.
+void Relocation::judged() {
+  result_.hypotheses = search_.hypotheses();
+  const bool none = result_.verdict.status == VerdictStatus::kNone;
+  const bool decided = result_.verdict.status == VerdictStatus::kAmbiguous ||
+                       result_.verdict.status == VerdictStatus::kChanceAgreement;
+  if (!decided && params_.evidence.scale_sigma == 0.0 && params_.scale_sigma > 0.0 &&
+      !search_.hits().empty()) {
+    params_.evidence.scale_sigma = params_.scale_sigma;
+    weighed_.clear();
+    hit_ = 0;
+    begin_window();
+    return;
+  }
+  status_ = none ? RelocationStatus::kNotFound : RelocationStatus::kJudged;
 }
 
 }  // namespace cairn

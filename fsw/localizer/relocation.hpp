@@ -6,6 +6,10 @@
 /// The prior is flat: anywhere in the map's ground, or in the region that was given. The other poses that the
 /// search came upon are its decoys: what this local map scores on this map where it is not.
 ///
+/// Scale. The poses that the search came upon are weighed once more, with the map's scale left free within
+/// `scale_sigma`: the metre of a projection is not always one. The result is the first weighing's, unless the
+/// second alone is accepted, or is kScaleMargin nats likelier.
+///
 /// Order: read the map, index it, search, weigh up to LostSearch::kHits poses, judge. Where the region holds
 /// more boulders than the wide map has room for, the answer is kMapTooLarge: a smaller one has to be given.
 ///
@@ -17,6 +21,7 @@
 #include "core/nodiscard.hpp"
 #include "orbital_map/map_reader.hpp"
 #include "registration/lost_search.hpp"
+#include "registration/pose_search.hpp"
 #include "registration/verdict.hpp"
 
 namespace cairn {
@@ -37,6 +42,7 @@ struct RelocationParams {
   LostSearchParams search;
   EvidenceParams evidence;
   VerdictParams verdict;
+  double scale_sigma = 0.03;  ///< of the map's scale, [0, 0.2]; 0: not looked for
 };
 
 struct RelocationResult {
@@ -44,6 +50,8 @@ struct RelocationResult {
   Evidence best;
   Pose2 T_map_site;                ///< of best: the pivot is mapped exactly
   Mat3 covariance = Mat3::Zero();  ///< of the pivot's x, y and of yaw, in map
+  double scale = 1.0;              ///< lengths of the map over those of the local map
+  double scale_sigma = 0.0;        ///< 0: not looked for
   std::uint32_t hypotheses = 0;    ///< looked at
   int decoys = 0;
 };
@@ -68,6 +76,7 @@ class Relocation {
   void sight_next();
   void next_hit();
   void judge_all();
+  void judged();
 
   RelocationParams params_;
   OrbitalMap map_;

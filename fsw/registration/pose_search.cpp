@@ -17,9 +17,9 @@ bool good(const PoseSearchParams& p) {
   const VerdictParams& v = p.verdict;
   return params_are_good(p.evidence) && in_range(p.reach_sigmas, 4.0, 8.0) && p.max_pairs >= 1 &&
          p.max_pairs <= 4096 && in_range(p.give_up, -100.0, 0.0) && in_range(p.ring, 0.0, 10.0) &&
-         in_range(p.least_ring, 0.0, 10.0) && in_range(v.ln_threshold, 0.0, 100.0) &&
-         in_range(v.prior_log_odds, 0.0, 13.0) && in_range(v.second_margin, 0.0, 100.0) &&
-         in_range(v.innovation2_limit, 0.0, 1.0e3) && v.tail >= 2 &&
+         in_range(p.least_ring, 0.0, 10.0) && in_range(p.scale_sigma, 0.0, 0.2) &&
+         in_range(v.ln_threshold, 0.0, 100.0) && in_range(v.prior_log_odds, 0.0, 13.0) &&
+         in_range(v.second_margin, 0.0, 100.0) && in_range(v.innovation2_limit, 0.0, 1.0e3) && v.tail >= 2 &&
          v.tail <= static_cast<int>(Decoys::kCapacity);
 }
 
@@ -399,6 +399,28 @@ void PoseSearchJob::conclude() {
       r.elsewhere.S > r.best.S + params_.verdict.second_margin) {
     r.verdict.status = VerdictStatus::kInconsistentWithPrior;
   }
+  tell_pose();
+  if (r.verdict.status != VerdictStatus::kAccepted || params_.scale_sigma == 0.0) return;
+  EvidenceParams free = params_.evidence;
+  free.scale_sigma = params_.scale_sigma;
+  if (evidence_.start(free, ground_, sightings_, prior_, r.best.pose) != EvidenceStatus::kRunning) return;
+  phase_ = Phase::kScale;
+  status_ = SearchStatus::kRunning;
+}
+
+void PoseSearchJob::scaled() {
+  status_ = SearchStatus::kDone;
+  const Evidence& e = evidence_.result();
+  if (evidence_.status() != EvidenceStatus::kDone || e.log_ratio < result_.best.log_ratio + kScaleMargin)
+    return;
+  result_.best = e;
+  result_.verdict.log_ratio = e.log_ratio;
+  tell_pose();
+}
+
+/// The best one, as seen from the site.
+void PoseSearchJob::tell_pose() {
+  SearchResult& r = result_;
   r.density = ground_.density(r.best.pose.x_m, r.best.pose.y_m);
   r.covariance = r.best.covariance.topLeftCorner<3, 3>();
   r.scale = r.best.pose.scale;
@@ -467,6 +489,10 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
       case Phase::kRefine:
         if (evidence_.step(budget) == Progress::kMore) return Progress::kMore;
         refined();
+        break;
+      case Phase::kScale:
+        if (evidence_.step(budget) == Progress::kMore) return Progress::kMore;
+        scaled();
         break;
     }
   }

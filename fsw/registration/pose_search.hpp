@@ -15,6 +15,10 @@
 /// accepted there, unique and second_margin better, the verdict is kInconsistentWithPrior, and
 /// `elsewhere` that pose.
 ///
+/// Scale. The metre of a map's projection is not always one, nor is VO's. An accepted pose is refined once
+/// more with the map's scale left free within scale_sigma; where that is kScaleMargin nats likelier, its
+/// volume paid for, it is the result, and tells the scale.
+///
 /// Distinct: the local map's middle farther than 4 s apart, or turned by more than 4 s over its rms radius.
 ///
 /// Room. The map window must hold the local map wherever the search looks: window radius at least 4 sigma
@@ -43,7 +47,9 @@ struct PoseSearchParams {
   double give_up = -8.0;      ///< nats, [-100, 0]
   double ring = 3.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
   double least_ring = 1.5;    ///< [0, 10]
+  double scale_sigma = 0.03;  ///< of the map's scale about 1, [0, 0.2]; 0: not looked at
 };
+inline constexpr double kScaleMargin = 3.0;  ///< nats
 
 enum class CAIRN_NODISCARD SearchStatus : std::uint8_t {
   kIdle,
@@ -61,7 +67,7 @@ struct SearchResult {
   Pose2 T_map_site;                ///< of best, rigid part: the pivot is mapped exactly
   Mat3 covariance = Mat3::Zero();  ///< of the pivot's x, y and of yaw, in map
   double scale = 1.0;
-  double scale_sigma = 0.0;
+  double scale_sigma = 0.0;      ///< 0: the scale is taken as 1
   Evidence elsewhere;            ///< best distinct pose outside the prior's reach; S = 0 where there is none
   std::uint32_t hypotheses = 0;  ///< looked at
   std::uint32_t looks = 0;       ///< at one local boulder each
@@ -90,7 +96,17 @@ class PoseSearchJob {
   static constexpr std::size_t kInside = 16;
   static constexpr std::size_t kOutside = 28;
   static constexpr std::size_t kSeconds = 128;
-  enum class Phase : std::uint8_t { kGround, kSight, kPair, kGather, kFirst, kSecond, kLook, kRefine };
+  enum class Phase : std::uint8_t {
+    kGround,
+    kSight,
+    kPair,
+    kGather,
+    kFirst,
+    kSecond,
+    kLook,
+    kRefine,
+    kScale
+  };
 
   struct Candidate {
     Hypothesis pose;
@@ -123,6 +139,8 @@ class PoseSearchJob {
   void refined();
   bool look_elsewhere();
   void conclude();
+  void scaled();
+  void tell_pose();
 
   PoseSearchParams params_;
   SearchStatus status_ = SearchStatus::kIdle;

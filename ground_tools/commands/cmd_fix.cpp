@@ -128,6 +128,9 @@ Json input_json(const FixOptions& options, const LocalMap& local, const std::opt
   return json;
 }
 
+/// By more than three sigmas.
+bool scale_differs(const MapFixResult& r) { return std::fabs(r.scale - 1.0) > 3.0 * r.scale_sigma; }
+
 Json fix_json(Json json, const OneFix& fix, double needed) {
   const MapFixResult& r = fix.result;
   const auto where = [](bool known, const Json& value) { return known ? value : Json(); };
@@ -142,6 +145,8 @@ Json fix_json(Json json, const OneFix& fix, double needed) {
   json["covariance"] = where(fix.accepted(), covariance_json(c));
   json["pairs"] = where(fix.weighed(), r.pairs);
   json["rms_m"] = where(fix.weighed(), r.rms_m);
+  json["scale"] = where(fix.weighed() && r.scale_sigma > 0.0, r.scale);
+  json["scale_sigma"] = where(fix.weighed() && r.scale_sigma > 0.0, r.scale_sigma);
   json["log_ratio"] = where(fix.weighed(), r.verdict.log_ratio);
   json["log_ratio_needed"] = needed;
   json["second_log_ratio"] = where(fix.has_second(), r.verdict.second_log_ratio);
@@ -170,6 +175,9 @@ void print_fix(const OneFix& fix, std::size_t local_boulders, double needed) {
   if (fix.weighed()) {
     fmt::print("pairs        {:.1f} of {} boulders, {:.3f} m apart (rms)\n", r.pairs, local_boulders,
                r.rms_m);
+    if (r.scale_sigma > 0.0)
+      fmt::print("scale        {:.4f} +- {:.4f}: lengths of the map over those of the boulders{}\n", r.scale,
+                 r.scale_sigma, scale_differs(r) ? "; the map's metre is not a metre" : "");
     fmt::print("log ratio    {:.1f} nats for 'same ground' against 'chance'; {:.1f} are asked for\n",
                r.verdict.log_ratio, needed);
     fmt::print("second best  {}\n", fix.has_second() ? fmt::format("{:.1f} nats", r.verdict.second_log_ratio)

@@ -57,8 +57,8 @@ struct Cell {
   bool confirmed = false;
   int fewest = 0;  // local boulders at random between these, where given
   int most = 0;
-  bool any_share = false;  // of true boulders: drawn as the verdict has it
-  double scale_sigma = 0.0;
+  bool any_share = false;                               // of true boulders: drawn as the verdict has it
+  double scale_sigma = PoseSearchParams().scale_sigma;  // looked for where it is too little: as MapFix does
   double map_scale = 1.0;
 };
 
@@ -73,17 +73,18 @@ struct Engines {
 bool right(const Outcome& o) { return o.accepted && o.error_m <= 3.0 * o.sigma_m && o.error_m <= 0.5; }
 bool wrong(const Outcome& o) { return o.accepted && o.error_m > 3.0 * o.sigma_m && o.error_m > 0.3; }
 
-void search(Engines& e, const Cell& cell, Outcome& o) {
+void search_once(Engines& e, const Cell& cell, double scale_sigma, Outcome& o) {
   PoseSearchParams p;
   p.evidence.sigma_pair_m = sigma_pair_m;
-  p.evidence.scale_sigma = cell.scale_sigma;
+  p.evidence.scale_sigma = scale_sigma;
+  p.scale_sigma = cell.scale_sigma;
   if (cell.view.size_noise > 0.0) p.evidence.size_sigma = 1.2 * cell.view.size_noise;
   if (cell.confirmed) p.verdict.prior_log_odds = std::log(1.0e3);
   const Trial& t = e.trial;
   o.search = e.search.start(p, t.map, t.window_m, t.local, t.T_map_site_prior, t.pivot_site_m, t.covariance);
   WorkBudget all = WorkBudget::unlimited();
   if (o.search == SearchStatus::kRunning) (void)e.search.step(all);
-  o.ops = all.spent();
+  o.ops += all.spent();
   o.search = e.search.status();
   const SearchResult& r = e.search.result();
   o.status = r.verdict.status;
@@ -96,6 +97,16 @@ void search(Engines& e, const Cell& cell, Outcome& o) {
   const Mat2 c = r.covariance.topLeftCorner<2, 2>();
   o.sigma_m = std::sqrt(c.trace());
   if (c.determinant() > 0.0) o.nees2 = off.dot(Vec2(c.inverse() * off));
+}
+
+void search(Engines& e, const Cell& cell, Outcome& o) {
+  search_once(e, cell, 0.0, o);
+  if (o.status != VerdictStatus::kTooLittleEvidence || cell.scale_sigma == 0.0) return;
+  Outcome again;
+  search_once(e, cell, cell.scale_sigma, again);
+  again.ops += o.ops;
+  o.ops = again.ops;
+  if (again.accepted) o = again;
 }
 
 /// Three windows of a third of the boulders each, the pose carried from one to the next
@@ -508,14 +519,13 @@ void suite_windows() {
 }
 
 void suite_scale() {
-  head("a map too large, scale looked for to 3 %");
+  head("a map too large");
   for (const double scale : {1.0, 1.02, 1.04}) {
     for (const double d : {0.3, 1.0}) {
       Cell c = usual(d);
       c.fewest = 20;
       c.start = {0.35, 0.02};
       c.map_scale = scale;
-      c.scale_sigma = 0.03;
       print(text("%.2f, %.1f per m2", scale, d).c_str(), run(c, search, trials));
     }
   }
@@ -533,6 +543,7 @@ void suite_calibration() {
     c.most = 10;
     c.start = {0.35, 0.02};
     c.any_share = true;
+    c.scale_sigma = 0.0;
     c.site = Site::kElsewhere;
     const std::vector<Outcome> null = run(c, search, 20 * trials);
     c.site = Site::kRight;

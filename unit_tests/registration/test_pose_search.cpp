@@ -168,7 +168,8 @@ void test_a_wrong_claim_is_told(void**) {
   assert_status(job.result().verdict.status, VerdictStatus::kInconsistentWithPrior);
 }
 
-/// A map 4 % too large: declined or right to the map's boulders with the scale fixed, said with it free.
+/// A map 4 % too large is said to be so, whether its scale is free from the start or asked about in the end;
+/// a map whose metre is one is not.
 void test_scale_is_said(void**) {
   Random random(5);
   World world;
@@ -184,6 +185,23 @@ void test_scale_is_said(void**) {
   assert_status(job.result().verdict.status, VerdictStatus::kAccepted);
   assert_near(job.result().scale, 1.04, 4.0 * job.result().scale_sigma);
   assert_true(error().norm() < 0.1);
+  int said = 0;
+  for (int k = 0; k < 20; ++k) {
+    world.per_m2 = 0.3;
+    lay(random, world, Vec2(0.0, 0.0));
+    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.3, 0.02)), SearchStatus::kDone);
+    assert_status(job.result().verdict.status, VerdictStatus::kAccepted);
+    assert_true(std::fabs(job.result().scale - 1.0) <= 4.0 * job.result().scale_sigma);
+    const Vec2 centre = kTruth * kPivot;
+    for (MapBoulder& b : map_boulders) b.p_map_m = centre + 1.03 * (b.p_map_m - centre);
+    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.3, 0.02)), SearchStatus::kDone);
+    if (job.result().verdict.status != VerdictStatus::kAccepted) continue;
+    assert_true(error().norm() < 0.1);
+    if (job.result().scale_sigma == 0.0) continue;
+    assert_near(job.result().scale, 1.03, 4.0 * job.result().scale_sigma);
+    ++said;
+  }
+  assert_at_least(said, 15);
 }
 
 void test_statuses(void**) {
