@@ -47,6 +47,7 @@ std::string words_of(const Expectation& e);
 /// column missing, no row, no probability, distances that fall.
 std::vector<ExpectedFix> read_forecast(const std::filesystem::path& path);
 
+/// A search of the whole map that goes on over several corrections is one try, which counts with its end.
 /// Puts `forecast` into the summary of a run folder's object (report/run_folder.hpp): file, tried, beyond,
 /// expected, observed, probability_of_so_few, likely_wrong, words.
 void set_against(const std::filesystem::path& path, const std::vector<ExpectedFix>& forecast,

@@ -115,6 +115,21 @@ void test_of_a_run(void**) {
   }
 }
 
+/// A search that goes on is one try, whether it ends or not.
+void test_a_search_that_goes_on(void**) {
+  static ordered_json run;
+  const std::vector<ExpectedFix> forecast = stations(std::vector<double>(6, 0.9));
+  run = run_of(6, 6);
+  run["fixes"]["status"] = {"running", "running", "running", "applied", "applied", "applied"};
+  set_against("f.csv", forecast, run);
+  assert_true(run.at("summary").at("forecast").at("tried") == 3);
+  assert_true(run.at("summary").at("forecast").at("observed") == 3);
+  run["fixes"]["status"] = {"ambiguous", "ambiguous", "running", "running", "running", "running"};
+  set_against("f.csv", forecast, run);
+  assert_true(run.at("summary").at("forecast").at("tried") == 3);
+  assert_true(run.at("summary").at("forecast").at("observed") == 0);
+}
+
 void test_files(void**) {
   const auto with = [](const std::string& text) { return scratch.file("f.csv", text); };
   static std::vector<ExpectedFix> read;
@@ -139,6 +154,7 @@ int main() {
       cmocka_unit_test(test_which_station),
       cmocka_unit_test(test_words),
       cmocka_unit_test(test_of_a_run),
+      cmocka_unit_test(test_a_search_that_goes_on),
       cmocka_unit_test(test_files),
   };
   return cmocka_run_group_tests_name("ground_tools/report/expectation", tests, nullptr, nullptr);
