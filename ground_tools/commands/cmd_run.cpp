@@ -16,6 +16,8 @@
 #include "commands/frame_range.hpp"
 #include "commands/number_list.hpp"
 #include "dataset/dataset.hpp"
+#include "ortho/raster_source.hpp"
+#include "ortho/reference_system.hpp"
 #include "plot/ortho_piece.hpp"
 #include "replay/replay.hpp"
 #include "replay/results.hpp"
@@ -112,6 +114,17 @@ DriveSource open_drive(const RunOptions& options) {
   return source;
 }
 
+/// The orthoimage is drawn under the map's coordinates.
+void check_ortho(const RunOptions& options, const std::string& map_system) {
+  if (options.ortho.empty()) return;
+  const std::string system =
+      open_orthoimage(options.ortho, 0, {std::nullopt, false})->facts().reference_system;
+  if (is_local_reference(system) || is_local_reference(map_system) || same_reference(system, map_system))
+    return;
+  throw ToolError("{}: is in {}, the map in {}; reproject it with gdalwarp -t_srs '{}'",
+                  options.ortho.string(), system, map_system, map_system);
+}
+
 void run(RunOptions options) {
   options.simulate = !options.scene.empty() || !options.sets.empty();
   if (options.simulate != options.dataset.empty()) {
@@ -149,6 +162,7 @@ void run(RunOptions options) {
     CmapContent map = decode_cmap(replay_options.map, options.map.string());
     if (map.boulders.empty())
       throw ToolError("{}: {}", options.map.string(), explain(MapStatus::kNoBoulders));
+    check_ortho(options, map.reference_system);
     title.map = options.map.string();
     title.map_pixel_m = map.pixel_m;
     title.orbital = std::move(map.boulders);

@@ -154,7 +154,9 @@ void test_metres_of_the_ground(void**) {
   const char* const mercator = "+proj=merc +R=3396190";
   const double y = 3396190.0 * std::log(std::tan(75.0 * kRadPerDeg));
   const std::string twice = site_in("twice.tif", mercator, 0.0, y, 0.04);
-  assert_int_equal(build(twice + " --sun 45,135" + into("ground")), 0);
+  const std::string picture = " --quicklook " + file("ground.png");  // the image as it looks in that plane
+  assert_int_equal(build(twice + " --sun 45,135" + into("ground") + picture), 0);
+  assert_true(fs::exists(file("ground.png")));
   assert_int_equal(build(file("site.tif") + " --sun-grid 45,135" + into("plain")), 0);
   const std::vector<TableBoulder> ground = read_csv(file("ground.csv"));
   const std::vector<TableBoulder> plain = read_csv(file("plain.csv"));

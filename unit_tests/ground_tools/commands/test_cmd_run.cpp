@@ -1,5 +1,7 @@
 // The program `cairn run` itself: each bad input ends in one line on stderr that names it and the mend, exit
 // code 1 and no file; a good run leaves its eleven files and nothing else.
+#include <ogr_spatialref.h>
+
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -189,6 +191,27 @@ void test_orthoimages(void**) {
   const std::string rest = set() + out() + kStart + " --no-map --ortho ";
   check_refused(rest + scratch.path("no.tif").string(), "no.tif", "check the name");
   check_refused(rest + scratch.path("set/left/0.png").string(), "0.png", "gdalwarp");
+
+  // In another system than the map.
+  const fs::path ortho = scratch.path("zone34.tif");
+  test::write_image(ortho, "GTiff", GDT_Byte, 20, 20, 1,
+                    [](int, int x, int y) { return test::texture(x, y); });
+  {
+    const std::unique_ptr<GDALDataset> data(
+        GDALDataset::Open(ortho.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    double geo[6] = {500000.0, 1.0, 0.0, 4000000.0, 0.0, -1.0};
+    data->SetGeoTransform(geo);
+    OGRSpatialReference system;
+    system.importFromEPSG(32634);
+    data->SetSpatialRef(&system);
+  }
+  std::vector<TableBoulder> boulders(1);
+  boulders[0].p_map_m = Vec2(500010.0, 3999990.0);
+  boulders[0].diameter_m = 0.5;
+  save("zone33.cmap",
+       encode_cmap(boulders, extent_of(boulders), 0.01, {cmap::Method::kTable, 0.0, "p", "EPSG:32633"}));
+  check_refused(set() + out() + kStart + map_at("zone33.cmap") + " --ortho " + ortho.string(), "zone34.tif",
+                "EPSG:32633");
 }
 
 void test_old_results_stay_where_a_run_is_refused(void**) {
