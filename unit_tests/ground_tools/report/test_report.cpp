@@ -179,7 +179,7 @@ const char* const kProbe = R"js((() => {
   const colour = (e, property) => getComputedStyle(e)[property];
   const out = {
     runs: all('#runs tbody tr').length, fixes: all('#fixes tbody tr').length, curves: all('#charts .curve').length,
-    claims: [all('#charts .band').length, all('#charts .span').length], layers: all('[data-layer=pairs]').length,
+    claims: [all('#charts svg .band').length, all('#charts svg .span').length], layers: all('[data-layer=pairs]').length,
     pictures: all('#labels svg, #clusters svg, #regions svg').length, back: colour(document.body, 'backgroundColor'),
     vo: [all('#charts .said i')[0], all('#work-charts .said i')[0]].map((e) => colour(e, 'borderTopColor')),
     sideways: document.documentElement.scrollWidth - innerWidth};
