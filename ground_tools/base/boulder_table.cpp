@@ -38,7 +38,8 @@ std::string to_csv(const std::vector<TableBoulder>& boulders) {
 
 namespace {
 
-/// "POINT (1 2)", "Point Z(1 2 3)" and the like: of well-known text, the numbers of the first two coordinates.
+/// "POINT (1 2)", "Point Z(1 2 3)" and the like: of well-known text, the numbers of the
+/// first two coordinates.
 Vec2 point_of(const CsvTable& table, std::size_t row, std::size_t column, const std::filesystem::path& path) {
   const std::string_view text = table.word(row, column);
   const std::size_t open = text.find('(');

@@ -44,8 +44,9 @@ MapExtent extent_of(const std::vector<TableBoulder>& boulders);
 std::string to_csv(const std::vector<TableBoulder>& boulders);
 
 /// Reads a CSV table with a header line. Columns may stand in any order and others are passed over; x or x_m,
-/// y or y_m, diameter or diameter_m must be there (or wkt, with points, in place of x and y: QGIS); the others of to_csv are taken where they are, and a field
-/// of theirs may be empty. Boulders smaller than `min_diameter_m` are left out.
+/// y or y_m, diameter or diameter_m must be there (or wkt, with points, in place of x and y: QGIS); the
+/// others of to_csv are taken where they are, and a field of theirs may be empty. Boulders smaller than
+/// `min_diameter_m` are left out.
 ///
 /// Throws ToolError: cannot be read, empty, a column missing, a line with more or fewer fields than the first
 /// or with no finite number in a field that is needed, a diameter that is not positive.

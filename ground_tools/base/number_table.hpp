@@ -44,9 +44,9 @@ std::vector<NumberRow> read_number_rows(const std::filesystem::path& path, std::
 
 /// A CSV table: one line of column names, then rows with a field for each. Blanks and quotes around a field
 /// do not belong to it; a line without a comma may separate fields by blanks; empty lines and lines that
-/// start with '#' are left out. As spreadsheets write them, too: a byte order mark; semicolons between fields,
-/// where the names have more of these than commas; a comma for the decimal point; separators within quotes.
-/// Names are the same in small letters and capitals.
+/// start with '#' are left out. As spreadsheets write them, too: a byte order mark; semicolons between
+/// fields, where the names have more of these than commas; a comma for the decimal point; separators within
+/// quotes. Names are the same in small letters and capitals.
 class CsvTable {
  public:
   /// `mend` ends the messages, for tables that nobody writes by hand. Throws ToolError: cannot be read,

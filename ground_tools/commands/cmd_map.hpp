@@ -43,8 +43,9 @@ void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
 std::string scale_words(const CmapContent& map);
 void warn_of_scale(const std::filesystem::path& path, const CmapContent& map);
 
-/// In words that two maps lie farther apart than either is wide, with the circumference of their body where that
-/// is what lies between them (longitudes of 0 to 360 against -180 to 180); empty where they are neighbours.
+/// In words that two maps lie farther apart than either is wide, with the circumference of their body where
+/// that is what lies between them (longitudes of 0 to 360 against -180 to 180); empty where
+/// they are neighbours.
 std::string apart_words(const std::filesystem::path& a_path, const CmapContent& a,
                         const std::filesystem::path& b_path, const CmapContent& b);
 

@@ -34,9 +34,10 @@ void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder
 /// none. Throws ToolError where it is there and means nothing, or means degrees.
 std::string reference_beside(const std::filesystem::path& csv);
 
-/// Boulders of a layer of points that GDAL opens: a GeoPackage as above or as QGIS saves it, GeoJSON, a shapefile.
-/// Fields diameter_m or diameter, others of write_geopackage where they are. Of several layers `boulders`, else the
-/// first. Throws ToolError: cannot be read, no points, no such field, a diameter that is not positive, degrees.
+/// Boulders of a layer of points that GDAL opens: a GeoPackage as above or as QGIS saves it, GeoJSON, a
+/// shapefile. Fields diameter_m or diameter, others of write_geopackage where they are. Of several layers
+/// `boulders`, else the first. Throws ToolError: cannot be read, no points, no such field, a diameter that is
+/// not positive, degrees.
 struct PointLayer {
   std::vector<TableBoulder> boulders;
   std::string reference_system;

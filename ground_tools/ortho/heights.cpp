@@ -102,7 +102,8 @@ double height_at(GDALRasterBand& band, GDALRasterBand* mask, const Place& place,
   return sum;
 }
 
-/// Metres of one unit of the model's heights: its band's, else its vertical system's; metres where neither tells.
+/// Metres of one unit of the model's heights: its band's, else its vertical system's; metres
+/// where neither tells.
 double metres_a_unit(GDALDataset& model, GDALRasterBand& band, const std::string& name) {
   struct Unit {
     const char* name;

@@ -11,11 +11,12 @@
 namespace cairn::ground {
 
 /// Sets ground_z_m of each boulder from `dem`, band 1 of any raster that GDAL opens, times its scale plus its
-/// offset where it has them, in metres: of the unit of the band, else of the vertical system, metres where neither
-/// is told. Heights are above what the model counts them from (geoid, ellipsoid, sphere). Bilinear between the centres of the four pixels around; the outermost
-/// half pixel has the height of the nearest centres. NaN outside, and where one of the pixels that count has
-/// no data. Boulders are taken to the model's reference system where it is not `reference_system`; a model or
-/// a map without one counts as being in the other's.
+/// offset where it has them, in metres: of the unit of the band, else of the vertical system, metres where
+/// neither is told. Heights are above what the model counts them from (geoid, ellipsoid, sphere). Bilinear
+/// between the centres of the four pixels around; the outermost half pixel has the height of the nearest
+/// centres. NaN outside, and where one of the pixels that count has no data. Boulders are taken to the
+/// model's reference system where it is not `reference_system`; a model or a map without one counts as being
+/// in the other's.
 ///
 /// Returns how many heights are known. Boulders are looked up by blocks of the file:
 /// memory does not grow with it.

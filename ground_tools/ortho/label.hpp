@@ -14,8 +14,8 @@ namespace cairn::ground {
 /// stays. Angles told in radians are in degrees. PDS3's 16#FF7FFFFB# is the whole number of these digits.
 using Label = std::map<std::string, double>;
 
-/// GDAL's metadata items, the labels of ISIS cubes, PDS3, PDS4 and VICAR products, and a PDS3 label of the same
-/// name beside the image (`.LBL`, as HiRISE has them beside JPEG 2000).
+/// GDAL's metadata items, the labels of ISIS cubes, PDS3, PDS4 and VICAR products, and a PDS3 label of the
+/// same name beside the image (`.LBL`, as HiRISE has them beside JPEG 2000).
 Label label_of(GDALDataset& image);
 
 /// The first of these names that the label has.

@@ -49,14 +49,15 @@ struct PixelMeaning {
 ///
 ///   palette         the mean of red, green and blue; fully transparent entries are missing
 ///   min-is-white    TIFF's PhotometricInterpretation 0: inverted
-///   ISIS            special pixels by meaning, 8 and 16 bits and real: Null is missing; LRS and LIS are dark,
-///                   HIS and HRS bright. Of ISIS cubes, and of other files whose no-data value is ISIS's Null
-///                   (-32768 of 16 bits, or 0xFF7FFFFB as a real), as gdal_translate leaves them
-///   labels          CORE_NULL, MISSING_CONSTANT and the like are missing; CORE_LOW_REPR_SATURATION and the like
-///                   dark; ..HIGH.. bright (PDS3, PDS4, HiRISE's label beside the image), unless the label is of
-///                   pixels of more bits than the file has
+///   ISIS            special pixels by meaning, 8 and 16 bits and real: Null is missing; LRS and LIS are
+///                   dark, HIS and HRS bright. Of ISIS cubes, and of other files whose no-data value is
+///                   ISIS's Null (-32768 of 16 bits, or 0xFF7FFFFB as a real), as gdal_translate leaves them
+///   labels          CORE_NULL, MISSING_CONSTANT and the like are missing; CORE_LOW_REPR_SATURATION and the
+///                   like dark; ..HIGH.. bright (PDS3, PDS4, HiRISE's label beside the image), unless the
+///                   label is of pixels of more bits than the file has
 ///   scale, offset   of the band. One band is stretched anyway, so that only a negative scale changes it; of
-///                   several, each is taken on its own scale before the mean, except of 8 bits with none negative
+///                   several, each is taken on its own scale before the mean, except of 8 bits
+///                   with none negative
 ///
 /// `several`: the band is one of those whose mean is taken. Throws ToolError: a scale of 0.
 PixelMeaning pixel_meaning(GDALDataset& image, int number, const Label& label, bool several);

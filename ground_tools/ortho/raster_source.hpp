@@ -62,8 +62,8 @@ class RasterReader {
   RasterReader& operator=(const RasterReader&) = delete;
 
   /// Grey of the pixels in `box`, row by row, `stride` apart; `missing` gets 1 where there is no data, and
-  /// grey 0 there. False: no pixel is missing, and `missing` says nothing. What is darker or brighter than the
-  /// file can tell is 0 or 255. Throws ToolError: the file ends early.
+  /// grey 0 there. False: no pixel is missing, and `missing` says nothing. What is darker or brighter than
+  /// the file can tell is 0 or 255. Throws ToolError: the file ends early.
   virtual bool read(const PixelBox& box, const GreyRange& range, std::uint8_t* grey, std::uint8_t* missing,
                     int stride) = 0;
   /// The values themselves, before the stretch to grey, packed. `missing`: 0 where there is one, else the
@@ -89,16 +89,16 @@ struct NoDataChoice {
 };
 
 /// An orthoimage that GDAL opens. `band` 1 to n takes that band; 0 takes the mean of red, green and blue
-/// where the image has three bands or more, else band 1. What the values mean: pixel_meaning.hpp. 8-bit values
-/// and palettes are grey as they are; all other types are stretched linearly (grey_range.hpp). No-data values,
-/// masks and alpha bands are missing pixels; so are NaNs, and what lies beyond 3.4e38 on either side. Of the
-/// bands of a mean, a no-data value of unsigned whole numbers is one only where all bands have theirs: 0 is a
-/// colour's shadow, too.
+/// where the image has three bands or more, else band 1. What the values mean: pixel_meaning.hpp. 8-bit
+/// values and palettes are grey as they are; all other types are stretched linearly (grey_range.hpp). No-data
+/// values, masks and alpha bands are missing pixels; so are NaNs, and what lies beyond 3.4e38 on either side.
+/// Of the bands of a mean, a no-data value of unsigned whole numbers is one only where all bands have theirs:
+/// 0 is a colour's shadow, too.
 ///
 /// A value at the end of the range that fills a corner and 2 % or more of the image is a collar that its file
 /// does not mark. It is taken for no data where it is 255 of 8 bits, or farther from all other values than
-/// these are from each other; and told among the remarks either way, as is an end of the range that fills 5 % or
-/// more (of samples all over the image).
+/// these are from each other; and told among the remarks either way, as is an end of the range that fills 5 %
+/// or more (of samples all over the image).
 ///
 /// Throws ToolError: cannot be opened, no geo-reference, degrees or a unit other than the metre, band out of
 /// range, complex numbers, a scale of 0.

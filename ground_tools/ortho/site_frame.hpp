@@ -38,13 +38,13 @@ inline constexpr double kScaleTolerance = 1e-3;
 /// and beyond this the map is made in local_reference() unless it is told otherwise.
 inline constexpr double kScaleLeft = 1e-2;
 
-/// A transverse Mercator system of the same body centred on the site, to 0.1 degrees, so that images of one site
-/// share it: within 1e-5 of true scale and 0.1 degrees of true north. `reference` must have a body.
+/// A transverse Mercator system of the same body centred on the site, to 0.1 degrees, so that images of one
+/// site share it: within 1e-5 of true scale and 0.1 degrees of true north. `reference` must have a body.
 std::string local_reference(const std::string& reference, const SiteFrame& frame);
 std::string local_reference(const OGRSpatialReference& system, const SiteFrame& frame);
 
-/// In words, what a metre of the system is on the ground at a place; empty where it is one within kScaleTolerance,
-/// or no body is known.
+/// In words, what a metre of the system is on the ground at a place; empty where it is one within
+/// kScaleTolerance, or no body is known.
 std::string scale_words(const std::string& reference, const Vec2& p_map_m);
 
 }  // namespace cairn::ground

@@ -41,9 +41,9 @@ double azimuth_of_image(double from_right_deg, const double* geo) {
          kDegPerRad;
 }
 
-/// The sub-solar azimuth is counted in the image's own frame, and so is the north azimuth. Where the latter is not
-/// where the image has north, the label is of another image of the ground (before it was projected, say), and what
-/// both have in common is the angle between them.
+/// The sub-solar azimuth is counted in the image's own frame, and so is the north azimuth. Where the latter
+/// is not where the image has north, the label is of another image of the ground (before it was projected,
+/// say), and what both have in common is the angle between them.
 double azimuth_from_right(double sun_deg, std::optional<double> north_deg, const double* geo,
                           double map_north_deg) {
   constexpr double kSameNorthDeg = 5.0;

@@ -28,8 +28,8 @@ class Places {
 };
 
 /// An image of another scale than the ground's, in the plane that touches the ground at its middle
-/// (local_reference): pixels are as they were, and where they lie is affine, and right to first order. `image`'s
-/// system must have a body.
+/// (local_reference): pixels are as they were, and where they lie is affine, and right to first order.
+/// `image`'s system must have a body.
 class TrueScaleSource final : public RasterSource {
  public:
   TrueScaleSource(std::unique_ptr<RasterSource> image, const SiteFrame& frame);

@@ -15,8 +15,9 @@ struct UnmarkedValue {
   bool is_collar = false;  ///< open_orthoimage's rule: this cannot be ground
 };
 
-/// From windows of 64 x 64 pixels all over the image, its corners among them; of an image up to 1024 x 1024 all of
-/// it. Time: at most what 32 Mpixel of the file's blocks take to read. Nothing where both ends are as usual.
+/// From windows of 64 x 64 pixels all over the image, its corners among them; of an image up to 1024 x 1024
+/// all of it. Time: at most what 32 Mpixel of the file's blocks take to read. Nothing where both ends
+/// are as usual.
 std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFacts& facts);
 
 }  // namespace cairn::ground

@@ -149,7 +149,8 @@ void test_sun_chooses_the_method(void**) {
 }
 
 /// Killed at many moments, each time started again; then ended by a signal that it hears.
-/// Mercator at 60 degrees of a sphere: 1 m of the map is half a metre. The same boulders, as far apart and as large.
+/// Mercator at 60 degrees of a sphere: 1 m of the map is half a metre. The same boulders, as far apart
+/// and as large.
 void test_metres_of_the_ground(void**) {
   const char* const mercator = "+proj=merc +R=3396190";
   const double y = 3396190.0 * std::log(std::tan(75.0 * kRadPerDeg));
