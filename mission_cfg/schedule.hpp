@@ -16,9 +16,9 @@ enum class Task : std::uint8_t {
   kVo,        ///< an overrun goes on in the next minor frame, whose pair is dropped and counted
   kBoulders,  ///< an overrun is abandoned: the frame adds nothing to the local map
   kFixBegin,  ///< snapshot of the local map and the orbital boulders near the rover
-  kFix,       ///< registration, over several minor frames; of a lost rover in all of them
-  kFixApply,  ///< the correction, at this frame and no other; a registration that is not done
-              ///< is late, and counted
+  kFix,       ///< search and verdict, over as many minor frames as they take
+  kFixApply,  ///< the correction, at this frame and no other; a search that is not done goes on to the next
+              ///< of these frames (the paper's ICP is late, and counted)
 };
 inline constexpr std::size_t kTaskCount = 5;
 
