@@ -47,7 +47,7 @@ std::string quoted(const std::filesystem::path& path) { return "'" + path.string
 
 void test_all_files(void**) {
   static std::string map, way, out;
-  map = quoted(make_map("site.cmap", "EPSG:32633"));
+  map = quoted(make_map("site.cmap", "EPSG:3395"));
   way = quoted(scratch.file("way.csv", "x,y\n2,10\n14,11\n28,8\n"));
   out = scratch.path("out/x").parent_path().string();
   const test::Ended ended =
@@ -60,7 +60,7 @@ void test_all_files(void**) {
   // The summary and the stations agree with the CSV table, line by line.
   static json summary;
   summary = json::parse(text_of(out + "/forecast.json"));
-  assert_true(summary["reference_system"] == "EPSG:32633");
+  assert_true(summary["reference_system"] == "EPSG:3395");
   static std::size_t stations;
   stations = summary["stations"].size();
   assert_int_equal(stations, summary["fixes"].get<std::size_t>());
@@ -86,7 +86,7 @@ void test_all_files(void**) {
   // GeoJSON: what there is, where it is, in which reference system.
   static json geo;
   geo = json::parse(text_of(out + "/forecast.geojson"));
-  assert_true(geo["crs"]["properties"]["name"] == "urn:ogc:def:crs:EPSG::32633");
+  assert_true(geo["crs"]["properties"]["name"] == "urn:ogc:def:crs:EPSG::3395");
   static std::map<std::string, std::size_t> kinds;
   for (const json& f : geo["features"]) {
     const std::string kind = f["properties"]["kind"];
