@@ -93,6 +93,7 @@ Progress Relocation::step(WorkBudget& budget) {
         if (evidence_.step(budget) == Progress::kMore) return Progress::kMore;
         next_hit();
         break;
+      case Phase::kAgain: begin_window(); break;
     }
   }
   return Progress::kDone;
@@ -215,7 +216,7 @@ void Relocation::judged() {
     params_.evidence.scale_sigma = params_.scale_sigma;
     weighed_.clear();
     hit_ = 0;
-    begin_window();
+    phase_ = Phase::kAgain;
     return;
   }
   status_ = none ? RelocationStatus::kNotFound : RelocationStatus::kJudged;
