@@ -38,7 +38,7 @@ inline constexpr std::uint32_t kImageOps = kOpsPerPixel * static_cast<std::uint3
 
 inline constexpr ScheduleRow kSchedule[] = {
     {Task::kVo, 0, 29, kImageOps},  {Task::kBoulders, 0, 29, kImageOps}, {Task::kFixBegin, 24, 24, 200'000},
-    {Task::kFix, 0, 29, 1'000'000}, {Task::kFixApply, 29, 29, 10'000},
+    {Task::kFix, 0, 29, 2'000'000}, {Task::kFixApply, 29, 29, 10'000},
 };
 inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 

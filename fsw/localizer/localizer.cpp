@@ -313,8 +313,11 @@ void Localizer::set_map(const OrbitalMap& map) {
 void Localizer::begin_fix() {
   tracks_.forget(health_.frames);
   tracks_.build(local_map_);
-  // One that isn't done goes on, unless it looks far and wide and there is much more to be looked for by now.
-  if (goes_on() && !(map_fix_.lost() && 2 * local_map_.size() >= 3U * fix_.local_boulders)) return;
+  // One that is open stays so, its search done or not, until its result is taken. One that looks far and wide
+  // and isn't done begins anew where there is much more to be looked for by now.
+  const bool open = fix_.status == FixStatus::kRunning && params_.correction == CorrectionMode::kWeighted;
+  const bool grown = 2 * local_map_.size() >= 3U * fix_.local_boulders;
+  if (open && !(goes_on() && map_fix_.lost() && grown)) return;
   fix_ = {};
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;

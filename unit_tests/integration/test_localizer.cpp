@@ -680,25 +680,30 @@ void test_late_fix(void**) {
   assert_status(fix(localizer), FixStatus::kApplied);
 }
 
-/// A search that isn't done at the correction is neither lost nor begun anew, and its fix is of its snapshot.
+/// A search that isn't done at the correction is neither lost nor begun anew, whether it is done before the next
+/// fix would begin or after, and its fix is of its snapshot.
 void test_fix_goes_on(void**) {
   LocalizerParams params;
   params.tracks.min_sightings = 1;
-  begin(params);
-  run(0, 6);
-  localizer.begin_fix();
-  const std::uint32_t snapshot = localizer.last_fix().frame;
-  WorkBudget tiny(1);
-  assert_status(localizer.step_fix(tiny), Progress::kMore);
-  const Pose3 before = localizer.T_map_cam();
-  localizer.apply_fix();
-  assert_status(localizer.last_fix().status, FixStatus::kRunning);
-  assert_near((localizer.T_map_cam().t - before.t).norm(), 0.0, 0.0);
-  run(6, 9);
-  assert_status(fix(localizer), FixStatus::kApplied);
-  assert_int_equal(localizer.last_fix().frame, snapshot);
-  assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], 0);
-  assert_at_most(error_m(8), 0.05);
+  for (const bool done_between : {false, true}) {
+    begin(params);
+    run(0, 6);
+    localizer.begin_fix();
+    const std::uint32_t snapshot = localizer.last_fix().frame;
+    WorkBudget tiny(1);
+    assert_status(localizer.step_fix(tiny), Progress::kMore);
+    const Pose3 before = localizer.T_map_cam();
+    localizer.apply_fix();
+    assert_status(localizer.last_fix().status, FixStatus::kRunning);
+    assert_near((localizer.T_map_cam().t - before.t).norm(), 0.0, 0.0);
+    run(6, 9);
+    WorkBudget all = WorkBudget::unlimited();
+    if (done_between) assert_status(localizer.step_fix(all), Progress::kDone);
+    assert_status(fix(localizer), FixStatus::kApplied);
+    assert_int_equal(localizer.last_fix().frame, snapshot);
+    assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], 0);
+    assert_at_most(error_m(8), 0.05);
+  }
 }
 
 /// Boulders that left the window are in no local map, though none were seen since.
