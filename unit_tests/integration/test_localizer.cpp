@@ -680,8 +680,8 @@ void test_late_fix(void**) {
   assert_status(fix(localizer), FixStatus::kApplied);
 }
 
-/// A search that isn't done at the correction is neither lost nor begun anew, whether it is done before the next
-/// fix would begin or after, and its fix is of its snapshot.
+/// A search that isn't done at the correction is neither lost nor begun anew, whether it is done before the
+/// next fix would begin or after, and its fix is of its snapshot.
 void test_fix_goes_on(void**) {
   LocalizerParams params;
   params.tracks.min_sightings = 1;
