@@ -269,9 +269,10 @@ void tell_reversed_sun(const BuildOptions& options, const TileInput& input) {
   if (!seen.looks_reversed()) return;
   fmt::print(
       stderr,
-      "cairn: warning: {}: of {} dark spots {} are lit on the side away from the sun: is the azimuth where "
-      "shadows point? It leads towards the sun; try one turned by 180 degrees\n",
-      options.ortho.string(), seen.towards + seen.away, seen.away);
+      "cairn: warning: {}: bodies and shadows fit better the other way round ({} boulders against {}, {} "
+      "of {} dark spots): is the azimuth where shadows point? It leads towards the sun; try one turned by "
+      "180 degrees (or is it ground of craters alone?)\n",
+      options.ortho.string(), seen.opposite, seen.boulders, seen.away, seen.towards + seen.away);
 }
 
 /// Of the image as it is: its system, and scale_words().

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <vector>
 
+#include "core/trig.hpp"
+#include "detect/shadow_detector.hpp"
+
 namespace cairn::ground {
 namespace {
 
@@ -15,8 +18,11 @@ constexpr double kLeastPixelM = 0.01;
 constexpr int kAround = 12;  // half the side of the surroundings
 constexpr int kReachPx = 9;  // where the lit body is looked for
 constexpr int kRimPx = kAround + 2;
-constexpr double kDark = 4.0;   // standard deviations of the ground's texture
-constexpr double kClear = 0.2;  // of the spot's darkness
+constexpr double kDark = 4.0;             // standard deviations of the ground's texture
+constexpr double kClear = 0.2;            // of the spot's darkness
+constexpr double kSure = 0.8;             // confidence of a boulder that is a witness
+constexpr int kEnough = 150;              // boulders, both ways together
+constexpr double kMostWitness_px = 64.0;  // larger ones take pixels from beyond the window
 
 struct Level {
   int width = 0;
@@ -78,14 +84,15 @@ bool is_spot(const Level& level, int x, int y) {
   return true;
 }
 
-/// Brightest on the way from a place.
-double brightest(const Level& level, int x, int y, const Vec2& step) {
-  double most = -1e300;
+/// How much the way from a place differs from the ground, mean over its pixels.
+double unlike_ground(const Level& level, int x, int y, const Vec2& step, double around) {
+  double sum = 0.0;
   for (int t = 2; t <= kReachPx; ++t) {
-    most = std::max(most, level.mean(static_cast<int>(std::lround(x + t * step.x())),
-                                     static_cast<int>(std::lround(y + t * step.y())), 1));
+    sum += std::fabs(level.mean(static_cast<int>(std::lround(x + t * step.x())),
+                                static_cast<int>(std::lround(y + t * step.y())), 1) -
+                     around);
   }
-  return most;
+  return sum / (kReachPx - 1);
 }
 
 void count_spots(Level& level, const Vec2& towards, SunCheck& check) {
@@ -103,46 +110,90 @@ void count_spots(Level& level, const Vec2& towards, SunCheck& check) {
       const double around = level.mean(x, y, kAround);
       const double darkness = around - level.mean(x, y, 1);
       if (!(darkness > clear) || !(darkness > 0.0) || !is_spot(level, x, y)) continue;
-      const double lit = std::max(brightest(level, x, y, towards) - around, clear);
-      const double other = std::max(brightest(level, x, y, -towards) - around, clear);
+      const double lit = unlike_ground(level, x, y, towards, around);
+      const double other = unlike_ground(level, x, y, -towards, around);
       if (lit - other > kClear * darkness) ++check.towards;
       if (other - lit > kClear * darkness) ++check.away;
     }
   }
 }
 
-/// Missing pixels become the mean of the others; false where half of them are missing.
-bool read_window(RasterReader& reader, const PixelBox& box, Level& level) {
-  level.width = box.width();
-  level.height = box.height();
-  level.values.resize(box.pixels());
-  std::vector<std::uint8_t> missing(box.pixels());
-  if (!reader.read_values(box, level.values.data(), missing.data())) return true;
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < missing.size(); ++i) {
-    if (missing[i] != 0) continue;
-    sum += static_cast<double>(level.values[i]);
-    ++count;
+/// A window's values; those that are missing are the mean of the others.
+struct Window {
+  PixelBox box;
+  std::vector<float> values;
+  std::vector<std::uint8_t> valid;  ///< 255, or 0 where there is none
+
+  /// False where half of them are missing.
+  bool read(RasterReader& reader) {
+    values.resize(box.pixels());
+    valid.assign(box.pixels(), 255);
+    std::vector<std::uint8_t> missing(box.pixels());
+    if (!reader.read_values(box, values.data(), missing.data())) return true;
+    double sum = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < missing.size(); ++i) {
+      if (missing[i] != 0) continue;
+      sum += static_cast<double>(values[i]);
+      ++count;
+    }
+    if (2 * count < missing.size()) return false;
+    const auto mean = static_cast<float>(sum / static_cast<double>(count));
+    for (std::size_t i = 0; i < missing.size(); ++i) {
+      if (missing[i] == 0) continue;
+      values[i] = mean;
+      valid[i] = 0;
+    }
+    return true;
   }
-  if (2 * count < missing.size()) return false;
-  const auto mean = static_cast<float>(sum / static_cast<double>(count));
-  for (std::size_t i = 0; i < missing.size(); ++i) {
-    if (missing[i] != 0) level.values[i] = mean;
+  Level level() const { return {box.width(), box.height(), values, {}}; }
+};
+
+/// Its grey as the detector takes it: 8 bits as they are, else from the least value to the largest but for a
+/// two-thousandth at each end.
+std::vector<std::uint8_t> grey_of(const Window& window, PixelDepth depth) {
+  float low = 0.0F;
+  float high = 255.0F;
+  if (depth != PixelDepth::kEight) {
+    std::vector<float> sorted = window.values;
+    std::sort(sorted.begin(), sorted.end());
+    low = sorted[sorted.size() / 2000];
+    high = std::max(sorted[sorted.size() - 1 - sorted.size() / 2000], std::nextafter(low, 1e30F));
   }
-  return true;
+  std::vector<std::uint8_t> grey;
+  for (const float value : window.values)
+    grey.push_back(
+        static_cast<std::uint8_t>(std::clamp((value - low) / (high - low) * 255.0F, 0.0F, 255.0F)));
+  return grey;
+}
+
+int sure_boulders(const Window& window, const std::vector<std::uint8_t>& grey, const ShadowView& view) {
+  GreyTile tile;
+  tile.rect = {window.box.x0, window.box.y0, window.box.width(), window.box.height()};
+  tile.grey = packed_view<const std::uint8_t>(grey.data(), tile.rect.width, tile.rect.height);
+  tile.valid = packed_view<const std::uint8_t>(window.valid.data(), tile.rect.width, tile.rect.height);
+  ShadowParams params;
+  params.max_diameter_px = kMostWitness_px;
+  params.min_confidence = kSure;
+  return static_cast<int>(detect_boulders_by_shadow(tile, tile.rect, view, params).size());
+}
+
+/// Whether there are clearly more of `these`.
+bool clearly_more(int these, int those) {
+  return these - those > 2.5 * std::sqrt(static_cast<double>(these + those + 1)) && these > 1.5 * those;
 }
 
 }  // namespace
 
 bool SunCheck::looks_reversed() const {
-  const double excess = away - towards;
-  return excess > 2.5 * std::sqrt(static_cast<double>(away + towards + 1)) && away > 1.5 * towards;
+  if (clearly_more(opposite, boulders)) return true;
+  return clearly_more(away, towards) && !clearly_more(boulders, opposite);
 }
 
 SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun) {
   SunCheck check;
   const Vec2 towards = sun_direction_px(sun, facts.geo);
+  const Sun turned{sun.elevation_rad, sun.azimuth_rad + kPi};
   const int across =
       facts.width > kWindowPx * kWindows ? kWindows : (facts.width + kWindowPx - 1) / kWindowPx;
   const int down =
@@ -157,8 +208,14 @@ SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& su
       PixelBox box{place(i, across, facts.width), place(j, down, facts.height), 0, 0};
       box.x1 = std::min(box.x0 + kWindowPx, facts.width);
       box.y1 = std::min(box.y0 + kWindowPx, facts.height);
-      Level level;
-      if (!read_window(reader, box, level)) continue;
+      Window window{box, {}, {}};
+      if (!window.read(reader)) continue;
+      if (check.boulders + check.opposite < kEnough) {
+        const std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
+        check.boulders += sure_boulders(window, grey, shadow_view(sun, facts.geo));
+        check.opposite += sure_boulders(window, grey, shadow_view(turned, facts.geo));
+      }
+      Level level = window.level();
       double pixel_m = facts.geo.pixel_m();
       for (; pixel_m < kLeastPixelM && level.width >= 2 * kLeastSidePx; pixel_m *= 2.0) level = halved(level);
       for (int k = 0; k < kLevels && std::min(level.width, level.height) >= kLeastSidePx; ++k) {

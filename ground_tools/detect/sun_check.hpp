@@ -6,20 +6,26 @@
 
 namespace cairn::ground {
 
-/// Dark spots of an image by which side of them is lit. A boulder is lit towards the sun and throws its
-/// shadow away from it, so that beside its dark spot the brighter side is the sun's. Hollows are the other
-/// way round inside and lit at their rims: on ground full of craters both sides come out alike,
-/// and nothing is said.
+/// Two witnesses. The first are boulders that the shadow detector is sure of, with the sun as told and with
+/// the opposite one: a body and its shadow fit together in one order alone. Where they can't tell the two
+/// apart, dark spots are asked on which side of them there is something else than ground, be it brighter or
+/// darker. A boulder throws its shadow away from the sun, so that its body is on the sun's side.
+/// Hollows read like boulders under the opposite sun: on ground of sharp craters alone the wrong thing may be
+/// said, on worn or mixed ones both come out alike.
 struct SunCheck {
-  int towards = 0;  ///< spots that are brighter towards the sun
-  int away = 0;     ///< and away from it
+  int boulders = 0;  ///< of confidence 0.8 and more with the sun as told
+  int opposite = 0;  ///< and with the opposite one
+  int towards = 0;   ///< dark spots with a body towards the sun
+  int away = 0;      ///< and with one away from it
 
-  /// More than 1.5 times as many the wrong way as the right one, and 2.5 standard deviations of a fair coin.
+  /// By the first witness that is clear: more than 1.5 times as many the wrong way as the right one, and 2.5
+  /// standard deviations of a fair coin.
   bool looks_reversed() const;
 };
 
 /// From up to nine windows of 512 x 512 pixels all over the image, on four levels of a pyramid that begins at
-/// 1 cm a pixel or coarser. `sun` in the axes of `facts`. Time: some tenths of a second.
+/// 1 cm a pixel or coarser; no more windows are searched for boulders than it takes to find some hundred.
+/// `sun` in the axes of `facts`. Time: up to two seconds.
 SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun);
 
 }  // namespace cairn::ground
