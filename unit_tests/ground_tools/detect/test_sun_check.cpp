@@ -18,8 +18,8 @@ Raster raster;
 
 constexpr int kSide = 400;
 
-/// Ground with `count` boulders of 6 to 12 px, lit towards the sun, and their shadows. `lit`: grey of the side
-/// towards the sun, `dim` of the other one; the ground's is 110 to 118, the shadows' 28 to 34.
+/// Ground with `count` boulders of 6 to 12 px, lit towards the sun, and their shadows. `lit`: grey of the
+/// side towards the sun, `dim` of the other one; the ground's is 110 to 118, the shadows' 28 to 34.
 void draw(int count, double azimuth_deg, std::uint8_t lit = 170, std::uint8_t dim = 60) {
   Random random(7);
   raster.width = kSide;
