@@ -1,17 +1,19 @@
-/// How likely a fitted shape is a boulder and not a band, a pit or a ripple, by what it looks like.
+/// How likely a fitted shape is a boulder, and not a hollow, a rim, a band, a ripple's crest or a dark patch:
+/// what remains for the boulder when these have had their say.
 ///
-/// confidence = 1 / (1 + exp(-z)), z = weights . features - odds of a low sun. The features are the fit's
-/// contrast over the ground's texture, darkness beside, beyond and before it, its lit side, roundness,
-/// sharpness, spread and size in pixels, each bounded, so that none decides alone.
+/// Each rival speaks by features of the fit. A hollow: how much more of the picture a bowl explains, its dark
+/// wall where the shadow was seen or its bright wall where the body was (HollowFit), how wide it is, how well
+/// its two walls match. A band, scarp or gully wall: darkness and brightness that go on beside the shape.
+/// Ripples and rough ground: what is left unexplained around it. A patch: no lit side, no step at the
+/// terminator. Each feature is bounded, so that none decides alone, brought to a common scale, and
+///   confidence = 1 / (1 + exp(-z)),   z = sum over i <= j of w_ij x_i x_j,   x_0 = 1,
+/// a logistic regression on the features and their products: what tells a boulder of 3 pixels from a pit is
+/// not what tells one of 12, nor is it the same under a high and a low sun.
 ///
-/// The weights are those of a logistic regression on fits in rendered fields. `make shadow-weights` makes
-/// such weights from named seeds of `cairn sim`, and judges them and today's by fields that neither was
-/// fitted to; it changes nothing by itself. Today's are older: their fields and their program were not kept,
-/// and a fresh fit does not come near them digit by digit. On the goal's held-out fields (14418 fits) they
-/// claim too little where they doubt (0.45 claimed, 0.89 seen; 0.95 claimed, 0.98 seen): log loss 0.57, Brier
-/// score 0.143; of fresh ones 0.28 and 0.074. Today's stay all the same, so that maps stay the same to the
-/// bit: rendered fields have no craters, whose rims get the low confidences, and weights that were not tried
-/// on real ground are no improvement yet.
+/// `make shadow-weights` fits such a model to named seeds of `cairn sim`, and judges it and today's by fields
+/// that neither was fitted to; it changes nothing by itself. Today's (shadow_weights.cpp) was fitted to
+/// seventy-odd scenes of 120 m at 0.3 m a pixel with craters, scarps, ripples, patches and boulders under
+/// suns of 14 to 50 degrees, drawn by a program that was not kept, beside fields of `cairn sim`.
 #pragma once
 
 #include <array>
@@ -20,19 +22,24 @@
 
 namespace cairn::ground {
 
-inline constexpr std::size_t kShadowFeatures = 18;
+inline constexpr std::size_t kShadowFeatures = 22;
 using ShadowFeatures = std::array<double, kShadowFeatures>;
+/// x_0 to x_22 by x_0 to x_22, i <= j, row by row.
+inline constexpr std::size_t kShadowTerms = (kShadowFeatures + 1) * (kShadowFeatures + 2) / 2;
+using ShadowTerms = std::array<double, kShadowTerms>;
+
+struct ShadowModel {
+  ShadowFeatures middle;  ///< x = (feature - middle) / spread, within +-3
+  ShadowFeatures spread;
+  ShadowTerms weights;
+};
 
 ShadowFeatures shadow_features(const ShadowFit& fit, double tan_elevation);
 
-extern const ShadowFeatures kShadowWeights;
+ShadowTerms shadow_terms(const ShadowFeatures& features, const ShadowModel& model);
 
-/// What is taken off z. Below some 27 degrees every rise and hollow of the ground shades itself, and what
-/// looks like a boulder is one more seldom: 1.3 per unit of 1 / tan e above 2, and 3.9 at most. Chosen on the
-/// even frames of a lunar surface at 18 degrees.
-double odds_of_low_sun(double tan_elevation);
+extern const ShadowModel kShadowModel;
 
-double shadow_confidence(const ShadowFeatures& features, double tan_elevation,
-                         const ShadowFeatures& weights = kShadowWeights);
+double shadow_confidence(const ShadowFeatures& features, const ShadowModel& model = kShadowModel);
 
 }  // namespace cairn::ground

@@ -13,7 +13,8 @@ namespace {
 /// Half widths across the sun that are a level's own: beyond, the next serves better; below, the one before.
 constexpr double kMostOwn_px = 7.5;
 constexpr double kLeastAcross_px = 3.2;
-constexpr int kRounds = 3;  ///< of beating what overlaps
+constexpr double kLeastFinest_px = 2.0;  ///< on the image itself
+constexpr int kRounds = 3;               ///< of beating what overlaps
 constexpr double kMostSize_px = 1.35 * kFitMostAcross_px;
 
 using Candidate = ShadowCandidate;
@@ -83,7 +84,7 @@ Candidate candidate_of(const ShadowFit& f, const Spot& spot, const PyramidLevel&
   c.explained = f.explained * scale * scale;
   c.contrast = (f.ground - f.dark) / 255.0;
   c.features = shadow_features(f, tan_elevation);
-  c.confidence = shadow_confidence(c.features, tan_elevation);
+  c.confidence = shadow_confidence(c.features);
   return c;
 }
 
@@ -176,7 +177,7 @@ std::vector<ShadowCandidate> shadow_candidates(const GreyTile& tile, const Pixel
     const bool last = shift + 1 == levels;
     const double wanted = 0.4 * least_px / (1 << shift);  // half widths, with some slack
     if (wanted >= kMostOwn_px || (wanted >= 2.0 * kLeastAcross_px && !last)) continue;  // the next level's
-    const double least = shift == 0 ? std::max(2.0, 0.5 * least_px * 0.8) : kLeastAcross_px;
+    const double least = shift == 0 ? std::max(kLeastFinest_px, 0.5 * least_px * 0.8) : kLeastAcross_px;
     for (const Spot& spot : dark_spots(level.tile, where, params.seed_contrast)) {
       const ShadowFit f = fitter.fit(level.tile.grey, level.tile.valid, spot.x, spot.y, least);
       if (!f.found || (f.across_px > kMostOwn_px && !last)) continue;

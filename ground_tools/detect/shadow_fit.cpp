@@ -16,6 +16,9 @@ constexpr int kCore = 3;
 constexpr double kCentroid = 0.424413;  ///< of a half ellipse, 4 / (3 pi)
 constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations of the ground
 constexpr double kMostSlope = 5.8;
+constexpr double kMostAbsent = 0.15;  ///< of the surroundings: what is cut off may be anything
+constexpr double kLeastHollow_px = 1.5;
+constexpr double kMostHollow_px = 17.0;
 constexpr int kMostGroundColumns = 36;  ///< each way from the spot
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
@@ -72,7 +75,7 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
   const auto sin16 = static_cast<std::int64_t>(std::lround(sin_ * 65536.0));
   std::array<int, 256> histogram{};
   int count = 0;
-  int missing = 0;
+  missing_ = 0;
   // A low sun's window is long, and the ground rises and falls in it: what is near tells the level.
   const int ground_columns = std::min(half_columns_, kMostGroundColumns);
   std::size_t i = 0;
@@ -82,16 +85,14 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
       const std::int64_t y = (static_cast<std::int64_t>(v) << 16) + a * sin16 + b * cos16;
       const int value = between(grey, valid, x, y);
       samples_[i] = value < 0 ? -1 : (value + 2048) >> 12;
+      missing_ += value < 0 ? 1 : 0;
       if (a < -ground_columns || a > ground_columns) continue;
-      if (value < 0) {
-        ++missing;
-        continue;
-      }
+      if (value < 0) continue;
       ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
       ++count;
     }
   }
-  if (missing > 3 * count) return false;
+  if (missing_ > 3 * count) return false;
   // the ground: what is most common; shadows and rocks are less than half of the window
   ground_ = quantile(histogram, count / 2);
   noise_ = std::max(0.5, (quantile(histogram, 3 * count / 4) - ground_) / 0.6745);
@@ -105,6 +106,10 @@ void ShadowFitter::sum_rows() {
   const int level = static_cast<int>(std::lround(ground_ * kOne));
   std::size_t i = 0;
   std::size_t k = 0;
+  if (missing_ > 0) {
+    absent_.resize(samples_.size());
+    std::transform(samples_.begin(), samples_.end(), absent_.begin(), [](int s) { return s < 0 ? 1 : 0; });
+  }
   for (int b = -half_rows_; b <= half_rows_; ++b) {
     std::int32_t total = 0;
     for (int a = -half_columns_; a <= half_columns_; ++a, ++i, ++k) {
@@ -297,6 +302,135 @@ void ShadowFitter::measure(const Trial& t, ShadowFit& fit) const {
   }
 }
 
+void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) const {
+  const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+  const double tip = t.along * stretch;
+  const double contrast = kOne * (fit.ground - fit.dark);
+  const double terminator = t.along / stretch;
+  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - t.across)));
+  const int last = std::min(half_rows_, static_cast<int>(std::floor(t.b + t.across)));
+  const int flank = std::max(1, static_cast<int>(std::lround(0.5 * t.across)));
+  double left = 0.0, right = 0.0, left_lit = 0.0, right_lit = 0.0;
+  for (int i = 2; i < 2 + flank; ++i) {
+    const int up = std::max(-half_rows_, first - i);
+    const int down = std::min(half_rows_, last + i);
+    left += part(up, t.a + 0.5 * terminator, t.a + 0.8 * tip);
+    right += part(down, t.a + 0.5 * terminator, t.a + 0.8 * tip);
+    left_lit -= part(up, t.a - t.along, t.a + 0.5 * terminator);
+    right_lit -= part(down, t.a - t.along, t.a + 0.5 * terminator);
+  }
+  fit.band = std::min(left, right) / (flank * (0.8 * tip - 0.5 * terminator)) / contrast;
+  fit.ridge = std::max(left_lit, right_lit) / (flank * (t.along + 0.5 * terminator)) / contrast;
+
+  const double wide = t.across + 1.0;
+  const double scale = 1.0 / (wide * wide);
+  const int top = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - 2.2 * t.across - 1.0)));
+  const int bottom = std::min(half_rows_, static_cast<int>(std::floor(t.b + 2.2 * t.across + 1.0)));
+  const int from = std::max(-half_columns_, static_cast<int>(std::ceil(t.a - 2.2 * t.along - 1.0)));
+  const int to = std::min(half_columns_, static_cast<int>(std::floor(t.a + tip + 1.5 * t.along + 1.0)));
+  double square = 0.0;
+  int n = 0;
+  int absent = 0;
+  for (int row = top; row <= bottom; ++row) {
+    const double inside = 1.0 - (row - t.b) * (row - t.b) * scale;
+    const double w = inside > 0.0 ? std::sqrt(inside) : 0.0;
+    const double a0 = t.a - (t.along + 1.0) * w;
+    const double a2 = t.a + (tip + 1.0) * w;
+    const auto middle = static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 1) +
+                        static_cast<std::size_t>(half_columns_);
+    const std::int32_t* d = &samples_[middle];
+    for (int a = from; a <= to; ++a) {
+      if (missing_ > 0) absent += absent_[middle + static_cast<std::size_t>(a)];
+      if (inside > 0.0 && a >= a0 && a <= a2) continue;
+      square += static_cast<double>(d[a]) * d[a];
+      ++n;
+    }
+  }
+  if (n > 0) fit.clutter = std::sqrt(square / n) / contrast;
+  fit.absent = static_cast<double>(absent) / ((bottom - top + 1) * (to - from + 1));
+}
+
+ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) const {
+  Sums out{0.0, 0.0, 0.0, 0.0};
+  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(h.b - h.radius)));
+  const int last = std::min(half_rows_, static_cast<int>(std::floor(h.b + h.radius)));
+  const double scale = 1.0 / (h.radius * h.radius);
+  for (int row = first; row <= last; ++row) {
+    const double w = std::sqrt(std::max(0.0, 1.0 - (row - h.b) * (row - h.b) * scale));
+    const double a0 = h.a - h.radius * w;
+    const double a2 = h.a + h.radius * w;
+    const double a1 = std::clamp(h.a + h.radius * (h.arc * w - h.shift), a0, a2);
+    out.dark += part(row, a0, a1);
+    out.lit += part(row, a1, a2);
+    out.dark_n += a1 - a0;
+    out.lit_n += a2 - a1;
+  }
+  return out;
+}
+
+double ShadowFitter::value(const Hollow& h) const {
+  const Sums s = sums(h);
+  if (s.dark <= 0.0 || s.lit >= 0.0) return 0.0;
+  return s.dark * s.dark / s.dark_n + s.lit * s.lit / s.lit_n;
+}
+
+/// `dark`: [from, to) along row b is the hollow's dark wall; else its bright one.
+HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) const {
+  static constexpr double kShapes[][2] = {{0.0, 0.25}, {0.0, -0.1}, {1.0, 0.7}, {1.0, 1.1}};  // arc, shift
+  Hollow best{};
+  double most = 0.0;
+  const auto consider = [&](const Hollow& h) {
+    if (h.radius < kLeastHollow_px || h.radius > kMostHollow_px || std::fabs(h.b) > half_rows_ ||
+        h.arc - h.shift > 0.8 || h.arc - h.shift < -0.8)
+      return false;
+    const double v = value(h);
+    if (!(v > most)) return false;
+    most = v;
+    best = h;
+    return true;
+  };
+  for (const auto& shape : kShapes) {
+    const double edge = shape[0] - shape[1];  // of the dark, radii from the centre
+    for (double size = 0.8; size < 1.6; size *= 1.35) {
+      const double radius = size * (to - from) / (dark ? 1.0 + edge : 1.0 - edge);
+      const double a = dark ? from + radius : to - radius;
+      for (int j = -1; j <= 1; ++j) consider({a, b + 0.25 * j * radius, radius, shape[0], shape[1]});
+    }
+  }
+  for (double step = 0.12; most > 0.0 && step > 0.02; step *= 0.5) {
+    for (int round = 0; round < 3; ++round) {
+      bool better = false;
+      for (const double by : {-step, step}) {
+        const auto move = [&](double a, double b_by, double size, double shift) {
+          Hollow h = best;
+          h.a += a * h.radius;
+          h.b += b_by * h.radius;
+          h.radius *= 1.0 + size;
+          h.shift += shift;
+          better = consider(h) || better;
+        };
+        move(by, 0.0, 0.0, 0.0);
+        move(0.0, by, 0.0, 0.0);
+        move(0.0, 0.0, by, 0.0);
+        move(0.0, 0.0, 0.0, by);
+        move(-by, 0.0, by, 0.0);
+        move(by, 0.0, by, 0.0);
+      }
+      if (!better) break;
+    }
+  }
+  HollowFit fit;
+  if (most <= 0.0) return fit;
+  const Sums s = sums(best);
+  fit.du_px = best.a * cos_ - best.b * sin_;
+  fit.dv_px = best.a * sin_ + best.b * cos_;
+  fit.radius_px = best.radius;
+  fit.explained = most / (kOne * kOne);
+  fit.dark = s.dark / s.dark_n / kOne;
+  fit.lit = -s.lit / s.lit_n / kOne;
+  return fit;
+}
+
 ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px) {
   ShadowFit fit;
   if (!sample(grey, valid, u, v)) return fit;
@@ -316,7 +450,14 @@ ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, in
   fit.lit = ground_ - s.lit / s.lit_n / kOne;
   fit.explained = most / (kOne * kOne);
   measure(best, fit);
-  fit.found = true;
+  measure_around(best, fit);
+  const double pair = s.dark * s.dark / s.dark_n + (s.lit < 0.0 ? s.lit * s.lit / s.lit_n : 0.0);
+  fit.pair = pair / (kOne * kOne);
+  const double stretch = std::sqrt(1.0 + best.slope * best.slope);
+  const double terminator = best.a + best.along / stretch;
+  fit.beyond_rim = hollow(true, terminator, best.a + best.along * stretch, best.b);
+  fit.far_wall = hollow(false, best.a - best.along, terminator, best.b);
+  fit.found = fit.absent < kMostAbsent;
   return fit;
 }
 

@@ -31,6 +31,19 @@ namespace cairn::ground {
 /// The largest half width across the sun that is fitted, pixels of the level.
 inline constexpr double kFitMostAcross_px = 9.5;
 
+/// A bowl lit from one side: a disc whose sunward part is dark (wall in its own shade, or the rim's shadow)
+/// and whose far part is bright. Its criterion has both means free,
+///   J = dark_mean^2 n_dark + lit_mean^2 n_lit, none where one of the two has the wrong sign,
+/// and so has ShadowFit::pair, that of the boulder's two parts: the two are held against each other.
+struct HollowFit {
+  double du_px = 0.0;  ///< centre from the spot
+  double dv_px = 0.0;
+  double radius_px = 0.0;
+  double explained = 0.0;  ///< J, pixels of the view times squared grey levels; 0: there is none
+  double dark = 0.0;       ///< means below and above the ground, grey levels
+  double lit = 0.0;
+};
+
 struct ShadowFit {
   double du_px = 0.0;  ///< centre of the outline from the spot, pixels of the view
   double dv_px = 0.0;
@@ -43,11 +56,19 @@ struct ShadowFit {
   double noise = 0.0;      ///< of the ground, standard deviation
   double explained = 0.0;  ///< J, pixels of the view times squared grey levels
   // What tells boulders from bands and pits, each as a share of (ground - dark):
-  double beside = 0.0;  ///< darkness beside the shadow, the worse side: bands go on
-  double beyond = 0.0;  ///< darkness beyond its tip
-  double before = 0.0;  ///< darkness on the sun's side of the body
-  double step = 0.0;    ///< brightness lost from the lit side of the terminator to its dark side
-  double spread = 0.0;  ///< standard deviation in the dark
+  double beside = 0.0;   ///< darkness beside the shadow, the worse side: bands go on
+  double beyond = 0.0;   ///< darkness beyond its tip
+  double before = 0.0;   ///< darkness on the sun's side of the body
+  double step = 0.0;     ///< brightness lost from the lit side of the terminator to its dark side
+  double spread = 0.0;   ///< standard deviation in the dark
+  double band = 0.0;     ///< darkness beside the shadow, the better side
+  double ridge = 0.0;    ///< brightness beside the body, the worse side: crests go on
+  double clutter = 0.0;  ///< root of the mean square of what is left around the two
+  double absent = 0.0;   ///< share of the surroundings that the view does not have
+  // What else it may be:
+  double pair = 0.0;     ///< as HollowFit::explained, of lit body and shadow
+  HollowFit beyond_rim;  ///< the hollow whose dark wall the shadow would be, its rim the body
+  HollowFit far_wall;    ///< the hollow whose bright wall the body would be
   bool found = false;
 };
 
@@ -70,6 +91,10 @@ class ShadowFitter {
   struct Sums {
     double lit_n, lit, dark_n, dark;
   };
+  /// Disc about (a, b); dark ahead of a + radius (arc w - shift), w as in the file's head.
+  struct Hollow {
+    double a, b, radius, arc, shift;
+  };
   static constexpr int kWays = 7;  ///< to move a trial
 
   bool sample(const ImageU8& grey, const ImageU8& valid, int u, int v);
@@ -85,6 +110,11 @@ class ShadowFitter {
   static Trial moved(Trial t, int way, double by);  ///< by: share of the size
   bool allowed(const Trial& t, double least_across_px) const;
   void measure(const Trial& t, ShadowFit& fit) const;
+  void measure_around(const Trial& t, ShadowFit& fit) const;
+  Sums sums(const Hollow& h) const;
+  double value(const Hollow& h) const;
+  /// The hollow whose dark or bright wall lies from `from` to `to` on row b, about.
+  HollowFit hollow(bool dark, double from, double to, double b) const;
 
   double sin_, cos_;
   double tan_elevation_;
@@ -92,6 +122,8 @@ class ShadowFitter {
   int half_rows_, half_columns_;
   double ground_ = 0.0, noise_ = 0.0, depth_ = 0.0;
   std::vector<std::int32_t> samples_;  ///< ground minus grey, 1/16
+  std::vector<std::uint8_t> absent_;   ///< where missing_ is not 0
+  int missing_ = 0;                    ///< samples beyond the view
   std::vector<std::int32_t> sum_;      ///< along rows, exclusive
 };
 

@@ -1,11 +1,11 @@
-// Fits the weights of the shadow detector's confidence (detect/shadow_confidence.hpp): logistic regression on
+// Fits the model of the shadow detector's confidence (detect/shadow_confidence.hpp): logistic regression on
 // all fits of rendered fields whose rocks are known. Not a test: `make shadow-weights`.
 //
 //   shadow_weights FOLDER... -- FOLDER...
 //
-// Folders of `cairn sim --ortho`: those to fit to, then those to judge by. Prints the weights as the source
-// has them, and for these and today's what they are worth on both sets: log loss and Brier score (less is
-// better), and how often a boulder stood where so much confidence was claimed.
+// Folders of `cairn sim --ortho`: those to fit to, then those to judge by. Prints the model as its source
+// (shadow_weights.cpp) has it, and for this and today's what they are worth on both sets: log loss and Brier
+// score (less is better), and how often a boulder stood where so much confidence was claimed.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,24 +27,23 @@ namespace {
 
 struct Example {
   ShadowFeatures features;
-  double tan_elevation;
   bool boulder;
 };
 using Set = std::vector<Example>;
 
 enum class Label { kBoulder, kNone, kUnclear };
 
-/// A boulder: its middle within a quarter of the diameter (or a pixel) of a rock of half to twice its size.
-/// None: no rock of a third of its size or more within its radius (or two pixels). Between: unclear.
+/// A boulder: its middle within a quarter of the diameter (or a pixel) of a rock of 0.6 to 1.8 times its
+/// size. None: no rock of 0.45 times its size or more within its radius (or two pixels). Between: unclear.
 Label label_of(const Vec2& p_map_m, double diameter_m, double pixel_m,
                const std::vector<TableBoulder>& rocks) {
   Label label = Label::kNone;
   for (const TableBoulder& rock : rocks) {
     const double away = (rock.p_map_m - p_map_m).norm();
     const double ratio = rock.diameter_m / diameter_m;
-    if (away <= std::max(0.25 * diameter_m, pixel_m) && ratio >= 0.5 && ratio <= 2.0) return Label::kBoulder;
+    if (away <= std::max(0.25 * diameter_m, pixel_m) && ratio >= 0.6 && ratio <= 1.8) return Label::kBoulder;
     const double touch = std::max({0.5 * diameter_m, 0.5 * rock.diameter_m, 2.0 * pixel_m});
-    if (away <= touch && ratio >= 1.0 / 3.0) label = Label::kUnclear;
+    if (away <= touch && ratio >= 0.45) label = Label::kUnclear;
   }
   return label;
 }
@@ -69,7 +68,7 @@ void add_image(const std::filesystem::path& path, const std::vector<TableBoulder
     const Vec2 p = raster.geo.to_map(c.u_px, c.v_px);
     const Label label = label_of(p, diameter_px * view.pixel_m, view.pixel_m, rocks);
     if (label == Label::kUnclear) continue;
-    set.push_back({c.features, view.tan_elevation, label == Label::kBoulder});
+    set.push_back({c.features, label == Label::kBoulder});
     boulders += label == Label::kBoulder ? 1 : 0;
   }
   fmt::print("{}: {} fits, {} of them boulders\n", path.string(), set.size() - before, boulders);
@@ -87,30 +86,73 @@ void add_folder(const std::filesystem::path& folder, Set& set) {
   for (const std::filesystem::path& image : images) add_image(image, rocks, set);
 }
 
-/// Newton's method on the log likelihood, with a weak pull to zero (sigma 10) that keeps it convex.
-ShadowFeatures fitted(const Set& set) {
-  using Vector = Eigen::Matrix<double, kShadowFeatures, 1>;
-  using Matrix = Eigen::Matrix<double, kShadowFeatures, kShadowFeatures>;
-  constexpr double kPull = 1.0 / (10.0 * 10.0);
-  ShadowFeatures weights = {};
-  for (int iteration = 0; iteration < 50; ++iteration) {
-    Matrix H = Matrix::Identity() * kPull;
-    Vector g = kPull * Eigen::Map<const Vector>(weights.data());
-    for (const Example& e : set) {
-      const double p = shadow_confidence(e.features, e.tan_elevation, weights);
-      const Eigen::Map<const Vector> x(e.features.data());
-      g += (p - (e.boulder ? 1.0 : 0.0)) * x;
-      H.noalias() += (p * (1.0 - p)) * x * x.transpose();
+/// What brings the features to a common scale.
+void standardise(const Set& set, ShadowModel& model) {
+  const auto n = static_cast<double>(set.size());
+  for (std::size_t i = 0; i < kShadowFeatures; ++i) {
+    double sum = 0.0;
+    double square = 0.0;
+    for (const Example& e : set) sum += e.features[i];
+    const double middle = sum / n;
+    for (const Example& e : set) square += (e.features[i] - middle) * (e.features[i] - middle);
+    model.middle[i] = middle;
+    model.spread[i] = std::sqrt(square / n) + 1e-6;
+  }
+}
+
+using Matrix = std::vector<ShadowTerms>;
+
+/// Of H x = g, H symmetric and positive, its lower half given; by Cholesky, in place.
+ShadowTerms solved(Matrix& H, ShadowTerms g) {
+  for (std::size_t i = 0; i < kShadowTerms; ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = H[i][j];
+      for (std::size_t k = 0; k < j; ++k) sum -= H[i][k] * H[j][k];
+      H[i][j] = i == j ? std::sqrt(sum) : sum / H[j][j];
     }
-    const Eigen::LDLT<Matrix> ldlt(H);
-    const Vector step = ldlt.solve(g);
-    for (std::size_t i = 0; i < kShadowFeatures; ++i) weights[i] -= step[static_cast<Eigen::Index>(i)];
-    if (step.cwiseAbs().maxCoeff() < 1e-9) return weights;
+    for (std::size_t k = 0; k < i; ++k) g[i] -= H[i][k] * g[k];
+    g[i] /= H[i][i];
+  }
+  for (std::size_t i = kShadowTerms; i-- > 0;) {
+    g[i] /= H[i][i];
+    for (std::size_t k = 0; k < i; ++k) g[k] -= H[i][k] * g[i];
+  }
+  return g;
+}
+
+/// Newton's method on the log likelihood, with a pull to zero that keeps the many weights from chance.
+ShadowModel fitted(const Set& set) {
+  constexpr double kPull = 20.0;
+  ShadowModel model = {};
+  standardise(set, model);
+  for (int iteration = 0; iteration < 50; ++iteration) {
+    Matrix H(kShadowTerms, ShadowTerms{});
+    ShadowTerms g;
+    for (std::size_t i = 0; i < kShadowTerms; ++i) {
+      H[i][i] = kPull;
+      g[i] = kPull * model.weights[i];
+    }
+    for (const Example& e : set) {
+      const ShadowTerms x = shadow_terms(e.features, model);
+      const double p = shadow_confidence(e.features, model);
+      for (std::size_t i = 0; i < kShadowTerms; ++i) {
+        const double weighted = p * (1.0 - p) * x[i];
+        g[i] += (p - (e.boulder ? 1.0 : 0.0)) * x[i];
+        for (std::size_t j = 0; j <= i; ++j) H[i][j] += weighted * x[j];
+      }
+    }
+    const ShadowTerms step = solved(H, g);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < kShadowTerms; ++i) {
+      model.weights[i] -= step[i];
+      largest = std::max(largest, std::fabs(step[i]));
+    }
+    if (largest < 1e-6) return model;
   }
   throw ToolError("the regression does not converge: more fits are needed");
 }
 
-void judge(const char* what, const Set& set, const ShadowFeatures& weights) {
+void judge(const char* what, const Set& set, const ShadowModel& model) {
   struct Bin {
     int count = 0;
     double claimed = 0.0, seen = 0.0;
@@ -119,7 +161,7 @@ void judge(const char* what, const Set& set, const ShadowFeatures& weights) {
   double loss = 0.0;
   double brier = 0.0;
   for (const Example& e : set) {
-    const double p = shadow_confidence(e.features, e.tan_elevation, weights);
+    const double p = shadow_confidence(e.features, model);
     const double y = e.boulder ? 1.0 : 0.0;
     loss -= std::log(std::max(1e-12, e.boulder ? p : 1.0 - p));
     brier += (p - y) * (p - y);
@@ -136,6 +178,14 @@ void judge(const char* what, const Set& set, const ShadowFeatures& weights) {
   }
 }
 
+template <std::size_t kCount>
+void print_numbers(const std::array<double, kCount>& numbers) {
+  fmt::print("\n    {{");
+  for (std::size_t i = 0; i < kCount; ++i)
+    fmt::print("{}{:.4g}", i == 0 ? "" : i % 10 == 0 ? ",\n     " : ", ", numbers[i]);
+  fmt::print("}}");
+}
+
 int run(int argc, char** argv) {
   Set fit;
   Set held_out;
@@ -148,13 +198,17 @@ int run(int argc, char** argv) {
     }
   }
   if (fit.empty() || held_out.empty()) throw ToolError("usage: shadow_weights FOLDER... -- FOLDER...");
-  const ShadowFeatures weights = fitted(fit);
-  judge("fitted to, today's weights", fit, kShadowWeights);
-  judge("fitted to, new weights", fit, weights);
-  judge("held out, today's weights", held_out, kShadowWeights);
-  judge("held out, new weights", held_out, weights);
-  fmt::print("\nconst ShadowFeatures kShadowWeights = {{");
-  for (std::size_t i = 0; i < kShadowFeatures; ++i) fmt::print("{}{:.3f}", i == 0 ? "" : ", ", weights[i]);
+  const ShadowModel model = fitted(fit);
+  judge("fitted to, today's model", fit, kShadowModel);
+  judge("fitted to, new model", fit, model);
+  judge("held out, today's model", held_out, kShadowModel);
+  judge("held out, new model", held_out, model);
+  fmt::print("\nconst ShadowModel kShadowModel = {{");
+  print_numbers(model.middle);
+  fmt::print(",");
+  print_numbers(model.spread);
+  fmt::print(",");
+  print_numbers(model.weights);
   fmt::print("}};\n");
   return 0;
 }

@@ -214,6 +214,56 @@ void test_what_is_no_boulder(void**) {
   }
 }
 
+/// A bowl: Lambert's shading of a paraboloid, and its rim's shadow, which ends at the far arc moved sunwards.
+void draw_bowl(double u, double v, double radius_px, double depth_over_width, const Sun& sun) {
+  const double tan_e = std::tan(sun.elevation_rad);
+  const Vec2 away = -sun_direction_px(sun, raster.geo);
+  const double moved = radius_px * tan_e / (2.0 * depth_over_width);
+  for (int y = 0; y < raster.height; ++y) {
+    for (int x = 0; x < raster.width; ++x) {
+      const Vec2 d(x - u, y - v);
+      if (d.norm() >= radius_px) continue;
+      const double a = d.dot(away);
+      const double half_chord = std::sqrt(radius_px * radius_px - (d - a * away).squaredNorm());
+      const double shading = 1.0 + 4.0 * depth_over_width * a / radius_px / tan_e;
+      std::uint8_t& pixel = raster.grey[static_cast<std::size_t>(y) * raster.width + x];
+      const double grey = a < half_chord - moved ? 0.2 * kGround : kGround * std::max(0.2, shading);
+      pixel = static_cast<std::uint8_t>(std::clamp(grey + pixel - kGround, 0.0, 255.0));
+    }
+  }
+}
+
+// Fresh and worn hollows, none of which is a boulder, among boulders that are all found.
+void test_hollows_among_boulders(void**) {
+  for (const char* text : {"20,290", "35,120", "45,10"}) {
+    const Sun sun = parse_sun(text);
+    for (const bool boulders : {false, true}) {
+      draw_ground(0.3, 420, 2);
+      for (int i = 0; i < 25; ++i)
+        draw_bowl(45.0 + 82.0 * (i % 5), 45.0 + 82.0 * (i / 5), 4.0 + 1.3 * (i % 7), 0.08 + 0.03 * (i % 5),
+                  sun);
+      rocks.clear();
+      for (int i = 0; boulders && i < 16; ++i) {
+        Rock rock{};
+        rock.p_map_m = raster.geo.to_map(86.3 + 82.0 * (i % 4), 86.1 + 82.0 * (i / 4));
+        rock.diameter_m = 0.3 * (5.0 + i % 6);
+        rock.height_m = 0.5 * rock.diameter_m;
+        rock.shade = 60;
+        rocks.push_back(rock);
+        draw_rock(rock, sun);
+      }
+      found = detect_boulders_by_shadow(raster, sun, any_size());
+      for (const Rock& rock : rocks) {
+        assert_true(std::any_of(found.begin(), found.end(), [&](const TableBoulder& b) {
+          return (b.p_map_m - rock.p_map_m).norm() < 0.35 * rock.diameter_m;
+        }));
+      }
+      print_message("sun %s: %zu entries, %zu boulders\n", text, found.size(), rocks.size());
+      assert_true(found.size() <= rocks.size() + 1);
+    }
+  }
+}
+
 void test_odd_images(void**) {
   const Sun sun = parse_sun("45,90");
   for (const int side : {1, 2, 3, 7, 16, 33}) {
@@ -254,7 +304,9 @@ void test_ranges(void**) {
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_place_size_and_height),
                               cmocka_unit_test(test_tiles_do_not_matter),
-                              cmocka_unit_test(test_what_is_no_boulder), cmocka_unit_test(test_odd_images),
+                              cmocka_unit_test(test_what_is_no_boulder),
+                              cmocka_unit_test(test_hollows_among_boulders),
+                              cmocka_unit_test(test_odd_images),
                               cmocka_unit_test(test_ranges)};
   return cmocka_run_group_tests_name("ground_tools/detect/shadow_detector", tests, nullptr, nullptr);
 }
