@@ -24,15 +24,24 @@ MapExtent extent_of(const std::vector<TableBoulder>& boulders) {
   return {e.min_x_m - kRim, e.min_y_m - kRim, e.max_x_m + kRim, e.max_y_m + kRim};
 }
 
-std::string to_csv(const std::vector<TableBoulder>& boulders) {
-  std::string text = "x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m\n";
+namespace {
+
+void add_lines(std::string& text, const std::vector<TableBoulder>& boulders, const char* kind) {
   for (const TableBoulder& b : boulders) {
     const std::string contrast = b.contrast == 0.0 ? "" : fmt::format("{:.3f}", b.contrast);
     text += fmt::format("{:.4f},{:.4f},{:.4f},{:.6f},{},{:.2f},{:.3f},{:.3f},", b.p_map_m.x(), b.p_map_m.y(),
                         b.diameter_m, b.area_m2, contrast, b.elongation, b.height_m, b.confidence);
     if (std::isfinite(b.ground_z_m)) text += fmt::format("{:.3f}", b.ground_z_m);
-    text += '\n';
+    text += fmt::format(",{}\n", kind);
   }
+}
+
+}  // namespace
+
+std::string to_csv(const std::vector<TableBoulder>& boulders, const std::vector<TableBoulder>& craters) {
+  std::string text = "x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m,kind\n";
+  add_lines(text, boulders, "boulder");
+  add_lines(text, craters, "crater");
   return text;
 }
 
@@ -67,6 +76,7 @@ std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min
   const std::size_t x = wkt ? *point : table.column({"x_m", "x"});
   const std::size_t y = wkt ? *point : table.column({"y_m", "y"});
   const std::size_t diameter = table.column({"diameter_m", "diameter"});
+  const std::optional<std::size_t> kind = table.find({"kind"});
   struct Optional {
     std::optional<std::size_t> column;
     double TableBoulder::*member;
@@ -80,6 +90,7 @@ std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min
 
   std::vector<TableBoulder> boulders;
   for (std::size_t row = 0; row < table.size(); ++row) {
+    if (kind && table.word(row, *kind) == "crater") continue;
     TableBoulder b;
     b.p_map_m = wkt ? point_of(table, row, x, path) : Vec2(table.number(row, x), table.number(row, y));
     b.diameter_m = table.number(row, diameter);

@@ -38,15 +38,15 @@ struct MapExtent {
 /// The smallest rectangle around the boulders, 1 cm wider on each side; all zero where there is none.
 MapExtent extent_of(const std::vector<TableBoulder>& boulders);
 
-/// CSV text, one boulder a line, positions to 0.1 mm:
-///   x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m
-/// contrast and the last are empty where unknown.
-std::string to_csv(const std::vector<TableBoulder>& boulders);
+/// CSV text, one boulder a line, then one crater a line, positions to 0.1 mm:
+///   x_m,y_m,diameter_m,area_m2,contrast,elongation,height_m,confidence,ground_z_m,kind
+/// contrast and ground_z_m are empty where unknown; kind is boulder or crater.
+std::string to_csv(const std::vector<TableBoulder>& boulders, const std::vector<TableBoulder>& craters = {});
 
 /// Reads a CSV table with a header line. Columns may stand in any order and others are passed over; x or x_m,
 /// y or y_m, diameter or diameter_m must be there (or wkt, with points, in place of x and y: QGIS); the
 /// others of to_csv are taken where they are, and a field of theirs may be empty. Boulders smaller than
-/// `min_diameter_m` are left out.
+/// `min_diameter_m` are left out, and so are lines of kind crater.
 ///
 /// Throws ToolError: cannot be read, empty, a column missing, a line with more or fewer fields than the first
 /// or with no finite number in a field that is needed, a diameter that is not positive.

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "base/boulder_table.hpp"
+#include "base/json_file.hpp"
 #include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/progress_line.hpp"
@@ -19,6 +20,7 @@
 #include "detect/map_build.hpp"
 #include "detect/sun_check.hpp"
 #include "map/geopackage.hpp"
+#include "map/quality.hpp"
 #include "map/quicklook.hpp"
 #include "ortho/heights.hpp"
 #include "ortho/reference_system.hpp"
@@ -40,6 +42,7 @@ struct BuildOptions {
   fs::path csv;
   fs::path gpkg;
   fs::path quicklook;
+  fs::path quality;
   fs::path dem;
   fs::path state;
   double min_diameter_m = 0.0;
@@ -61,13 +64,14 @@ struct BuildOptions {
 /// What the map is made of, from an orthoimage or from a table.
 struct Prepared {
   std::vector<TableBoulder> boulders;
+  std::vector<TableBoulder> craters;  ///< for the tables alone
   MapExtent extent;
   CmapSource source;
 };
 
 /// Before the work: what could not be written or read after it.
 void check_products(const BuildOptions& options) {
-  for (const fs::path& path : {options.csv, options.gpkg, options.quicklook}) {
+  for (const fs::path& path : {options.csv, options.gpkg, options.quicklook, options.quality}) {
     if (!path.empty()) const OutputFile can_be_written(path);
   }
   std::vector<TableBoulder> none;
@@ -88,8 +92,8 @@ void write_products(const BuildOptions& options, Prepared& made, OutputFile& map
   const std::vector<std::uint8_t> bytes =
       encode_cmap(made.boulders, made.extent, quantum_m, made.source, options.coding, &report);
   map.write(bytes);
-  if (!options.csv.empty()) write_csv(options.csv, made.boulders, system);
-  if (!options.gpkg.empty()) write_geopackage(options.gpkg, made.boulders, system);
+  if (!options.csv.empty()) write_csv(options.csv, made.boulders, system, made.craters);
+  if (!options.gpkg.empty()) write_geopackage(options.gpkg, made.boulders, system, made.craters);
   if (!options.quicklook.empty()) {
     QuicklookParams picture;
     picture.ortho = options.ortho;
@@ -196,6 +200,10 @@ TileInput open_input(const BuildOptions& options) {
   return input;
 }
 
+const char* sun_from(const BuildOptions& options) {
+  return !options.sun.empty() ? "--sun" : !options.sun_grid.empty() ? "--sun-grid" : "the image's label";
+}
+
 /// In one line: what is done, and why.
 void tell_method(const BuildOptions& options, const TileInput& input) {
   if (input.detection.method != cmap::Method::kShadow) {
@@ -211,9 +219,7 @@ void tell_method(const BuildOptions& options, const TileInput& input) {
   const bool turned = std::fabs(wrap_angle(in_map.azimuth_rad - from_north.azimuth_rad)) > 1e-3;
   fmt::print(
       "method shadow: sun at {} (elevation, azimuth in degrees) from {}{}\n", to_text(from_north),
-      !options.sun.empty()        ? "--sun"
-      : !options.sun_grid.empty() ? "--sun-grid"
-                                  : "the image's label",
+      sun_from(options),
       turned ? fmt::format("; azimuth {:.1f} in the map's axes", in_map.azimuth_rad * kDegPerRad) : "");
 }
 
@@ -230,14 +236,15 @@ void tell_scale(const std::string& words, const std::string& own, const std::str
 }
 
 /// The largest body that is looked for; what is larger is a scarp's shadow, or a boundary.
-void leave_out_large(Prepared& made) {
+std::size_t leave_out_large(Prepared& made) {
   const double most_m = ShadowParams().max_diameter_m;
   const auto too_large = [&](const TableBoulder& b) { return b.diameter_m > most_m; };
   const auto count = std::count_if(made.boulders.begin(), made.boulders.end(), too_large);
-  if (count == 0) return;
+  if (count == 0) return 0;
   made.boulders.erase(std::remove_if(made.boulders.begin(), made.boulders.end(), too_large),
                       made.boulders.end());
   fmt::print("{} dark areas larger than {} m omitted: no boulders\n", count, most_m);
+  return static_cast<std::size_t>(count);
 }
 
 void leave_out_small(Prepared& made, const BuildOptions& options) {
@@ -275,6 +282,27 @@ void tell_reversed_sun(const BuildOptions& options, const TileInput& input) {
       options.ortho.string(), seen.opposite, seen.boulders, seen.away, seen.towards + seen.away);
 }
 
+/// The map's last word: whether it looks like a field of boulders, and what it was made from.
+void tell_quality(const BuildOptions& options, const TileInput& input, const Prepared& made,
+                  const std::string& scale, std::size_t dark_areas) {
+  const MapQuality quality = quality_of(made.boulders, made.craters, made.extent);
+  const bool shadow = input.detection.method == cmap::Method::kShadow;
+  const std::string sun = shadow ? to_text(input.detection.sun) : "";
+  fmt::print("quality: {}; sun {}; scale {}\n", to_text(quality),
+             shadow ? fmt::format("{} from {}", sun, sun_from(options)) : "not used",
+             scale.empty() ? "true" : scale);
+  for (const std::string& doubt : quality.doubts())
+    fmt::print(stderr, "cairn: warning: {}: {}\n", options.output.string(), doubt);
+  if (options.quality.empty()) return;
+  nlohmann::ordered_json json = to_json(quality);
+  json["sun"] = shadow ? nlohmann::ordered_json(sun) : nlohmann::ordered_json(nullptr);
+  json["sun_from"] = shadow ? nlohmann::ordered_json(sun_from(options)) : nlohmann::ordered_json(nullptr);
+  json["scale"] = scale;
+  json["dark_areas_omitted"] = dark_areas;
+  json["remarks"] = input.source->facts().remarks;
+  write_file(options.quality, to_text(json));
+}
+
 /// Of the image as it is: its system, and scale_words().
 std::pair<std::string, std::string> own_scale(const BuildOptions& options) {
   const std::unique_ptr<RasterSource> image =
@@ -304,8 +332,12 @@ void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   MapBuild build(*input.source, input.detection, settings, ranks);
   Prepared made;
   made.boulders = build.run();
+  made.craters = build.craters();
   progress.clear();
-  if (true_scale != nullptr) true_scale->place(made.boulders);
+  if (true_scale != nullptr) {
+    true_scale->place(made.boulders);
+    true_scale->place(made.craters);
+  }
   made.extent =
       true_scale != nullptr ? true_scale->extent() : extent_of(facts.geo, facts.width, facts.height);
   made.source.method = input.detection.method;
@@ -313,15 +345,17 @@ void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   made.source.parameters = to_text(input.detection);
   made.source.reference_system = facts.reference_system;
   leave_out_small(made, options);
-  leave_out_large(made);
+  const std::size_t dark_areas = leave_out_large(made);
   if (made.boulders.empty()) {
     build.finished();
-    throw ToolError("{}: no boulder found; try a smaller {}", options.ortho.string(),
+    throw ToolError("{}: no boulder found{}; try a smaller {}", options.ortho.string(),
+                    made.craters.empty() ? "" : fmt::format(", but {} craters", made.craters.size()),
                     input.detection.method == cmap::Method::kShadow
                         ? "--min-confidence or --min-diameter"
                         : "--min-area, --min-diameter or --threshold-scale");
   }
   write_products(options, made, map);
+  tell_quality(options, input, made, own_words, dark_areas);
   build.finished();
 }
 
@@ -399,6 +433,7 @@ void add_map_build(CLI::App& map) {
   build_app->add_option("--quicklook", o.quicklook,
                         "also write a picture of them over the orthoimage "
                         "(.png)");
+  build_app->add_option("--quality", o.quality, "also write what the map's last line says of it (.json)");
   build_app->add_option(
       "--dem", o.dem,
       "elevation model that GDAL opens: height of the ground under each boulder, for the tables");

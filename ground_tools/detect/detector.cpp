@@ -134,7 +134,7 @@ std::vector<FoundBoulder> boulders_of(const std::vector<Component>& components, 
   for (const Component& c : components) {
     const bool large = static_cast<double>(c.area_px) * geo.pixel_area_m2() >= params.min_area_m2 &&
                        c.area_px >= static_cast<std::uint64_t>(params.min_area_px);
-    if (large) found.push_back({c.min_y, c.first_x, boulder_of(c, geo)});
+    if (large) found.push_back({c.min_y, c.first_x, boulder_of(c, geo), false});
   }
   return found;
 }

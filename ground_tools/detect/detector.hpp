@@ -68,6 +68,7 @@ struct FoundBoulder {
   int y = 0;
   int x = 0;
   TableBoulder boulder;
+  bool crater = false;  ///< it is a crater
 };
 
 /// A tile of the second round: the components of its part of the mask, after the median; `sum_value` is of

@@ -23,7 +23,7 @@ int threads_to_use(int asked, const MpiRanks& ranks) {
 std::string text_of(const RasterFacts& facts, const Detection& detection, const TileGrid& grid) {
   std::string geo;
   for (const double c : facts.geo.c) geo += fmt::format(" {}", c);
-  return fmt::format("records 1\nsize {} {} depth {} geo{}\ntiles {} {}\n{}\n{}", facts.width, facts.height,
+  return fmt::format("records 2\nsize {} {} depth {} geo{}\ntiles {} {}\n{}\n{}", facts.width, facts.height,
                      static_cast<int>(facts.depth), geo, grid.tile_width, grid.tile_height,
                      to_text(detection), facts.identity);
 }
@@ -55,6 +55,7 @@ struct MapBuild::Inside {
   TileJob job;
   TileTeam team;
   PartialState state;
+  std::vector<TableBoulder> craters;
 };
 
 /// All tiles of a round: those of an earlier run from the state, the others from the team.
@@ -133,7 +134,8 @@ std::vector<TableBoulder> MapBuild::Inside::gather() {
   });
   std::vector<TableBoulder> boulders;
   boulders.reserve(found.size());
-  for (const FoundBoulder& each : found) boulders.push_back(each.boulder);
+  craters.clear();
+  for (const FoundBoulder& each : found) (each.crater ? craters : boulders).push_back(each.boulder);
   return boulders;
 }
 
@@ -176,6 +178,8 @@ std::vector<TableBoulder> MapBuild::run() {
     throw;
   }
 }
+
+const std::vector<TableBoulder>& MapBuild::craters() const { return inside_->craters; }
 
 void MapBuild::finished() { inside_->state.remove(); }
 

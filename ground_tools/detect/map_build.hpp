@@ -50,9 +50,11 @@ class MapBuild {
   MapBuild(const MapBuild&) = delete;
   MapBuild& operator=(const MapBuild&) = delete;
 
-  /// Rank 0: all boulders, in the order of their first pixels. Throws ToolError: parameters out of range, the
-  /// file ends early, nothing valid or one value throughout, disk full, stopped.
+  /// Rank 0: all boulders, in the order of their first pixels. Throws ToolError: parameters out of range,
+  /// the file ends early, nothing valid or one value throughout, disk full, stopped.
   std::vector<TableBoulder> run();
+  /// After run(): in the order of their centres' pixels; none of kOtsu.
+  const std::vector<TableBoulder>& craters() const;
   /// The boulders are where they should be: the partial state goes.
   void finished();
   /// Ranks 1 and on: works for rank 0 until its TileLead (tile_team.hpp) ends.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "base/tool_error.hpp"
 #include "core/trig.hpp"
@@ -15,7 +16,10 @@ constexpr double kMostOwn_px = 7.5;
 constexpr double kLeastAcross_px = 3.2;
 constexpr double kLeastFinest_px = 2.0;  ///< on the image itself
 constexpr int kRounds = 3;               ///< of beating what overlaps
-constexpr double kMostSize_px = 1.35 * kFitMostAcross_px;
+constexpr double kMostSize_px = std::max(1.35 * kFitMostAcross_px, kMostHollow_px);
+constexpr double kLeastCrater_px = 5.0;  ///< across
+constexpr double kLeastBalance = 0.2;    ///< of its walls
+constexpr double kCraterWins = 1.0;      ///< over the boulder, in what both explain
 
 using Candidate = ShadowCandidate;
 
@@ -86,6 +90,33 @@ Candidate candidate_of(const ShadowFit& f, const Spot& spot, const PyramidLevel&
   c.features = shadow_features(f, tan_elevation);
   c.confidence = shadow_confidence(c.features);
   return c;
+}
+
+/// The hollow whose dark wall was seen at the spot, where it wins.
+std::optional<Candidate> hollow_of(const ShadowFit& f, double confidence, const Spot& spot,
+                                   const PyramidLevel& level) {
+  const HollowFit& h = f.beyond_rim;
+  if (confidence >= 0.5 || h.explained < kCraterWins * f.pair ||
+      std::min(h.dark, h.lit) < kLeastBalance * std::max(h.dark, h.lit) ||
+      2.0 * h.radius_px < kLeastCrater_px)
+    return std::nullopt;
+  const double scale = 1 << level.shift;
+  const double offset = 0.5 * (scale - 1.0);
+  Candidate c;
+  c.u_px = (spot.x + level.tile.rect.x0 + h.du_px) * scale + offset;
+  c.v_px = (spot.y + level.tile.rect.y0 + h.dv_px) * scale + offset;
+  c.across_px = c.along_px = c.reach_px = h.radius_px * scale;
+  c.explained = h.explained * scale * scale;
+  c.contrast = h.dark / 255.0;
+  c.confidence = 1.0 - confidence;
+  return c;
+}
+
+/// In standard order, each once.
+void put_in_order(std::vector<Candidate>& candidates) {
+  std::sort(candidates.begin(), candidates.end(), before);
+  const auto same = [](const Candidate& a, const Candidate& b) { return !before(a, b) && !before(b, a); };
+  candidates.erase(std::unique(candidates.begin(), candidates.end(), same), candidates.end());
 }
 
 /// Of those that overlap, the strongest, each against those that were not beaten yet. All are in
@@ -162,12 +193,12 @@ int shadow_reach_px(const ShadowView& view, const ShadowParams& params) {
   return ((2 * fit + 2) << (levels - 1)) + chain_px(levels);
 }
 
-std::vector<ShadowCandidate> shadow_candidates(const GreyTile& tile, const PixelRect& core,
-                                               const ShadowView& view, const ShadowParams& params) {
+ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
+                                   const ShadowParams& params) {
   ShadowFitter fitter(-view.towards_sun_px, view.tan_elevation);
   const int levels = levels_for(params, view.pixel_m);
   const double least_px = least_diameter_px(view, params);
-  std::vector<Candidate> candidates;
+  ShadowCandidates candidates;
   PyramidLevel level;
   level.tile = tile;
   for (int shift = 0; shift < levels; ++shift) {
@@ -182,28 +213,49 @@ std::vector<ShadowCandidate> shadow_candidates(const GreyTile& tile, const Pixel
       const ShadowFit f = fitter.fit(level.tile.grey, level.tile.valid, spot.x, spot.y, least);
       if (!f.found || (f.across_px > kMostOwn_px && !last)) continue;
       const Candidate c = candidate_of(f, spot, level, view.tan_elevation);
-      if (c.confidence >= params.min_confidence) candidates.push_back(c);
+      if (c.confidence >= params.min_confidence) candidates.boulders.push_back(c);
+      if (const auto hollow = hollow_of(f, c.confidence, spot, level)) candidates.hollows.push_back(*hollow);
     }
   }
-  std::sort(candidates.begin(), candidates.end(), before);
-  const auto same = [](const Candidate& a, const Candidate& b) { return !before(a, b) && !before(b, a); };
-  candidates.erase(std::unique(candidates.begin(), candidates.end(), same), candidates.end());
+  put_in_order(candidates.boulders);
+  put_in_order(candidates.hollows);
   return candidates;
+}
+
+ShadowFinds detect_by_shadow(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
+                             const ShadowParams& params) {
+  const double widest_px = 0.8 * kMostSize_px * (1 << (levels_for(params, view.pixel_m) - 1));
+  const double least_px = least_diameter_px(view, params);
+  const ShadowCandidates candidates = shadow_candidates(tile, core, view, params);
+  const auto in_core = [&](const Candidate& c) {
+    return core.contains(static_cast<int>(std::floor(c.u_px + 0.5)),
+                         static_cast<int>(std::floor(c.v_px + 0.5)));
+  };
+  ShadowFinds finds;
+  for (const Candidate& c : strongest(candidates.boulders, widest_px)) {
+    const ShadowBoulder b = boulder_of(c, view.tan_elevation);
+    const bool in_range = b.diameter_px >= least_px && b.diameter_px * view.pixel_m <= params.max_diameter_m;
+    if (in_core(c) && in_range) finds.boulders.push_back(b);
+  }
+  for (const Candidate& c : strongest(candidates.hollows, widest_px)) {
+    if (in_core(c)) finds.craters.push_back({c.u_px, c.v_px, 2.0 * c.across_px, c.contrast, c.confidence});
+  }
+  return finds;
 }
 
 std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const PixelRect& core,
                                                      const ShadowView& view, const ShadowParams& params) {
-  const double widest_px = 0.8 * kMostSize_px * (1 << (levels_for(params, view.pixel_m) - 1));
-  const double least_px = least_diameter_px(view, params);
-  std::vector<ShadowBoulder> boulders;
-  for (const Candidate& c : strongest(shadow_candidates(tile, core, view, params), widest_px)) {
-    const int u = static_cast<int>(std::floor(c.u_px + 0.5));
-    const int v = static_cast<int>(std::floor(c.v_px + 0.5));
-    const ShadowBoulder b = boulder_of(c, view.tan_elevation);
-    const bool in_range = b.diameter_px >= least_px && b.diameter_px * view.pixel_m <= params.max_diameter_m;
-    if (core.contains(u, v) && in_range) boulders.push_back(b);
-  }
-  return boulders;
+  return detect_by_shadow(tile, core, view, params).boulders;
+}
+
+TableBoulder table_crater(const ShadowCrater& crater, const GeoTransform& geo) {
+  TableBoulder b;
+  b.p_map_m = geo.to_map(crater.u_px, crater.v_px);
+  b.diameter_m = crater.diameter_px * geo.pixel_m();
+  b.area_m2 = 0.25 * kPi * b.diameter_m * b.diameter_m;
+  b.contrast = crater.contrast;
+  b.confidence = crater.confidence;
+  return b;
 }
 
 TableBoulder table_boulder(const ShadowBoulder& boulder, const GeoTransform& geo) {

@@ -9,6 +9,8 @@
 /// 4. Of fits that overlap, the one that explains most stays, each against those that were not beaten yet.
 /// 5. Confidence: a logistic function of how the fit looks (shadow_confidence.hpp). What is below
 ///    `min_confidence` or outside the range of diameters is left out.
+/// 6. Craters: where the hollow wins at a dark spot and its walls match, it is kept, of hollows that overlap
+///    the one that explains most.
 ///
 /// All of it depends on pixels within shadow_reach_px() of a boulder alone: the table does not depend on how
 /// the image is cut into tiles.
@@ -63,7 +65,17 @@ struct ShadowBoulder {
 /// How far from a boulder's centroid pixels matter, each way.
 int shadow_reach_px(const ShadowView& view, const ShadowParams& params);
 
-/// A fit that may be a boulder, pixels of the image, before it is held against those that overlap it.
+/// A hollow in pixels of the image: no boulder, but a landmark.
+struct ShadowCrater {
+  double u_px = 0.0;
+  double v_px = 0.0;
+  double diameter_px = 0.0;
+  double contrast = 0.0;    ///< of its dark wall, share of the 8-bit range
+  double confidence = 0.0;  ///< that no boulder makes this shadow
+};
+
+/// A fit that may be a boulder, pixels of the image, before it is held against those that overlap it; or a
+/// hollow, whose radius is `across`, `along` and `reach` then, without features.
 struct ShadowCandidate {
   double u_px, v_px;
   double across_px, along_px, reach_px;  ///< as ShadowFit
@@ -73,17 +85,31 @@ struct ShadowCandidate {
   ShadowFeatures features;
 };
 
-/// All that may matter to boulders in `core`, from all levels, each once, by row and column: of confidence
-/// `min_confidence` and more, but of any diameter. `tile` as for detect_boulders_by_shadow.
-std::vector<ShadowCandidate> shadow_candidates(const GreyTile& tile, const PixelRect& core,
-                                               const ShadowView& view, const ShadowParams& params);
+struct ShadowCandidates {
+  std::vector<ShadowCandidate> boulders;
+  std::vector<ShadowCandidate> hollows;
+};
 
-/// The boulders whose centroid, rounded to a pixel, lies in `core`, by row and column. `tile` holds all of
-/// the image's pixels within shadow_reach_px() of `core`. The result is the union over any partition into
-/// cores, to the bit. Cost: 0.2 to 0.7 s a megapixel, by the number of spots.
+/// All that may matter to `core`, from all levels, each once, by row and column: boulders of confidence
+/// `min_confidence` and more, but of any diameter. `tile` as for detect_by_shadow.
+ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
+                                   const ShadowParams& params);
+
+struct ShadowFinds {
+  std::vector<ShadowBoulder> boulders;
+  std::vector<ShadowCrater> craters;
+};
+
+/// Those whose centre, rounded to a pixel, lies in `core`, by row and column. `tile` holds all of the image's
+/// pixels within shadow_reach_px() of `core`. The result is the union over any partition into cores, to the
+/// bit. Cost: 0.2 to 0.7 s a megapixel, by the number of spots.
+ShadowFinds detect_by_shadow(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
+                             const ShadowParams& params);
+/// The boulders alone.
 std::vector<ShadowBoulder> detect_boulders_by_shadow(const GreyTile& tile, const PixelRect& core,
                                                      const ShadowView& view, const ShadowParams& params);
 
 TableBoulder table_boulder(const ShadowBoulder& boulder, const GeoTransform& geo);
+TableBoulder table_crater(const ShadowCrater& crater, const GeoTransform& geo);
 
 }  // namespace cairn::ground

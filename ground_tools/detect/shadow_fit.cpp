@@ -18,7 +18,7 @@ constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations
 constexpr double kMostSlope = 5.8;
 constexpr double kMostAbsent = 0.15;  ///< of the surroundings: what is cut off may be anything
 constexpr double kLeastHollow_px = 1.5;
-constexpr double kMostHollow_px = 17.0;
+constexpr double kMostTilt = 0.6;
 constexpr int kMostGroundColumns = 36;  ///< each way from the spot
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
@@ -35,6 +35,15 @@ int between(const ImageU8& grey, const ImageU8& valid, std::int64_t x, std::int6
   if (!has(x0, y0) || !has(x0 + 1, y0) || !has(x0, y0 + 1) || !has(x0 + 1, y0 + 1)) return -1;
   const std::uint8_t* p = grey.row(y0) + x0;
   const std::uint8_t* q = grey.row(y0 + 1) + x0;
+  return (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
+}
+
+/// The same where all four are there: (x, y) from pixel (u, v).
+int between(const ImageU8& grey, int u, int v, std::int64_t x, std::int64_t y) {
+  const int fx = static_cast<int>((x >> 8) & 255);
+  const int fy = static_cast<int>((y >> 8) & 255);
+  const std::uint8_t* p = grey.data + (v + (y >> 16)) * grey.stride + u + (x >> 16);
+  const std::uint8_t* q = p + grey.stride;
   return (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
 }
 
@@ -78,16 +87,21 @@ bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int 
   missing_ = 0;
   // A low sun's window is long, and the ground rises and falls in it: what is near tells the level.
   const int ground_columns = std::min(half_columns_, kMostGroundColumns);
-  std::size_t i = 0;
+  const std::int64_t reach_x = (half_columns_ * std::abs(cos16) + half_rows_ * std::abs(sin16)) / 65536 + 2;
+  const std::int64_t reach_y = (half_columns_ * std::abs(sin16) + half_rows_ * std::abs(cos16)) / 65536 + 2;
+  const bool whole = valid.data == nullptr && u >= reach_x && u < grey.width - reach_x && v >= reach_y &&
+                     v < grey.height - reach_y;
+  std::int32_t* sample = samples_.data();
   for (int b = -half_rows_; b <= half_rows_; ++b) {
-    for (int a = -half_columns_; a <= half_columns_; ++a, ++i) {
-      const std::int64_t x = (static_cast<std::int64_t>(u) << 16) + a * cos16 - b * sin16;
-      const std::int64_t y = (static_cast<std::int64_t>(v) << 16) + a * sin16 + b * cos16;
-      const int value = between(grey, valid, x, y);
-      samples_[i] = value < 0 ? -1 : (value + 2048) >> 12;
+    for (int a = -half_columns_; a <= half_columns_; ++a) {
+      const std::int64_t x = a * cos16 - b * sin16;
+      const std::int64_t y = a * sin16 + b * cos16;
+      const int value = whole ? between(grey, u, v, x, y)
+                              : between(grey, valid, (static_cast<std::int64_t>(u) << 16) + x,
+                                        (static_cast<std::int64_t>(v) << 16) + y);
+      *sample++ = value < 0 ? -1 : (value + 2048) >> 12;
       missing_ += value < 0 ? 1 : 0;
-      if (a < -ground_columns || a > ground_columns) continue;
-      if (value < 0) continue;
+      if (value < 0 || a < -ground_columns || a > ground_columns) continue;
       ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
       ++count;
     }
@@ -359,7 +373,8 @@ ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) const {
     const double w = std::sqrt(std::max(0.0, 1.0 - (row - h.b) * (row - h.b) * scale));
     const double a0 = h.a - h.radius * w;
     const double a2 = h.a + h.radius * w;
-    const double a1 = std::clamp(h.a + h.radius * (h.arc * w - h.shift), a0, a2);
+    const double edge = h.a + h.radius * (h.arc * w - h.shift) + h.tilt * (row - h.b);
+    const double a1 = std::clamp(edge, a0, a2);
     out.dark += part(row, a0, a1);
     out.lit += part(row, a1, a2);
     out.dark_n += a1 - a0;
@@ -381,7 +396,8 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) cons
   double most = 0.0;
   const auto consider = [&](const Hollow& h) {
     if (h.radius < kLeastHollow_px || h.radius > kMostHollow_px || std::fabs(h.b) > half_rows_ ||
-        h.arc - h.shift > 0.8 || h.arc - h.shift < -0.8)
+        h.arc - h.shift > 0.8 || h.arc - h.shift < -0.8 || std::fabs(h.tilt) > kMostTilt ||
+        std::fabs(h.a) > half_columns_)
       return false;
     const double v = value(h);
     if (!(v > most)) return false;
@@ -394,27 +410,30 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) cons
     for (double size = 0.8; size < 1.6; size *= 1.35) {
       const double radius = size * (to - from) / (dark ? 1.0 + edge : 1.0 - edge);
       const double a = dark ? from + radius : to - radius;
-      for (int j = -1; j <= 1; ++j) consider({a, b + 0.25 * j * radius, radius, shape[0], shape[1]});
+      for (const double tilt : {-0.4, 0.0, 0.4})
+        consider({a, b + (dark ? -0.7 : 0.7) * tilt * radius, radius, shape[0], shape[1], tilt});
     }
   }
   for (double step = 0.12; most > 0.0 && step > 0.02; step *= 0.5) {
     for (int round = 0; round < 3; ++round) {
       bool better = false;
       for (const double by : {-step, step}) {
-        const auto move = [&](double a, double b_by, double size, double shift) {
+        const auto move = [&](double a, double b_by, double size, double shift, double tilt) {
           Hollow h = best;
           h.a += a * h.radius;
           h.b += b_by * h.radius;
           h.radius *= 1.0 + size;
           h.shift += shift;
+          h.tilt += tilt;
           better = consider(h) || better;
         };
-        move(by, 0.0, 0.0, 0.0);
-        move(0.0, by, 0.0, 0.0);
-        move(0.0, 0.0, by, 0.0);
-        move(0.0, 0.0, 0.0, by);
-        move(-by, 0.0, by, 0.0);
-        move(by, 0.0, by, 0.0);
+        move(by, 0.0, 0.0, 0.0, 0.0);
+        move(0.0, by, 0.0, 0.0, 0.0);
+        move(0.0, 0.0, by, 0.0, 0.0);
+        move(0.0, 0.0, 0.0, by, 0.0);
+        move(0.0, 0.0, 0.0, 0.0, by);
+        move(-by, 0.0, by, 0.0, 0.0);
+        move(by, 0.0, by, 0.0, 0.0);
       }
       if (!better) break;
     }

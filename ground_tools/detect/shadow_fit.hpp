@@ -30,6 +30,8 @@ namespace cairn::ground {
 
 /// The largest half width across the sun that is fitted, pixels of the level.
 inline constexpr double kFitMostAcross_px = 9.5;
+/// And the largest radius of a hollow.
+inline constexpr double kMostHollow_px = 17.0;
 
 /// A bowl lit from one side: a disc whose sunward part is dark (wall in its own shade, or the rim's shadow)
 /// and whose far part is bright. Its criterion has both means free,
@@ -91,9 +93,11 @@ class ShadowFitter {
   struct Sums {
     double lit_n, lit, dark_n, dark;
   };
-  /// Disc about (a, b); dark ahead of a + radius (arc w - shift), w as in the file's head.
+  /// Disc about (a, b), dark as far as a + radius (arc w - shift) + tilt (row - b), w as in the file's head:
+  /// a straight edge where the wall shades itself, an arc where the rim does. The tilt is for a sun that is
+  /// told some degrees wrong, or a slope.
   struct Hollow {
-    double a, b, radius, arc, shift;
+    double a, b, radius, arc, shift, tilt;
   };
   static constexpr int kWays = 7;  ///< to move a trial
 

@@ -11,6 +11,7 @@ constexpr int kShadowTilePx = 4096;
 struct Plain {
   std::int32_t y = 0;
   std::int32_t x = 0;
+  std::int64_t crater = 0;
   double number[9] = {};
 };
 
@@ -18,6 +19,7 @@ void put(ByteWriter& to, const FoundBoulder& found) {
   const TableBoulder& b = found.boulder;
   to.put(Plain{found.y,
                found.x,
+               found.crater ? 1 : 0,
                {b.p_map_m.x(), b.p_map_m.y(), b.diameter_m, b.area_m2, b.contrast, b.elongation, b.height_m,
                 b.confidence, b.ground_z_m}});
 }
@@ -25,7 +27,7 @@ void put(ByteWriter& to, const FoundBoulder& found) {
 FoundBoulder found_boulder(ByteReader& from) {
   const auto plain = from.get<Plain>();
   const double* const n = plain.number;
-  FoundBoulder found{plain.y, plain.x, {}};
+  FoundBoulder found{plain.y, plain.x, {}, plain.crater != 0};
   TableBoulder& b = found.boulder;
   b.p_map_m = Vec2(n[0], n[1]);
   b.diameter_m = n[2];
@@ -82,10 +84,13 @@ Bytes shadow_boulders(RasterReader& reader, const RasterFacts& facts, const Dete
   if (any)
     view_of_tile.valid = packed_view<const std::uint8_t>(flags.data(), around.width(), around.height());
   const PixelRect core{tile.x0, tile.y0, tile.width(), tile.height()};
-  for (const ShadowBoulder& b : detect_boulders_by_shadow(view_of_tile, core, view, detection.shadow)) {
-    result.found.push_back({static_cast<int>(std::floor(b.v_px + 0.5)),
-                            static_cast<int>(std::floor(b.u_px + 0.5)), table_boulder(b, facts.geo)});
-  }
+  const ShadowFinds finds = detect_by_shadow(view_of_tile, core, view, detection.shadow);
+  const auto add = [&](double u_px, double v_px, const TableBoulder& entry, bool crater) {
+    result.found.push_back(
+        {static_cast<int>(std::floor(v_px + 0.5)), static_cast<int>(std::floor(u_px + 0.5)), entry, crater});
+  };
+  for (const ShadowBoulder& b : finds.boulders) add(b.u_px, b.v_px, table_boulder(b, facts.geo), false);
+  for (const ShadowCrater& c : finds.craters) add(c.u_px, c.v_px, table_crater(c, facts.geo), true);
   return to_bytes(result);
 }
 

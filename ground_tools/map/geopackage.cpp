@@ -18,6 +18,7 @@ namespace cairn::ground {
 namespace {
 
 constexpr const char* kLayer = "boulders";
+constexpr const char* kCraterLayer = "craters";
 
 struct Field {
   const char* name;
@@ -51,11 +52,13 @@ bool all_on_known_ground(const std::vector<TableBoulder>& boulders) {
                                           [](const TableBoulder& b) { return std::isfinite(b.ground_z_m); });
 }
 
-OGRLayer* add_layer(GDALDataset& data, OGRSpatialReference& system, bool with_z) {
-  const char* const options[] = {"SPATIAL_INDEX=YES", "IDENTIFIER=boulders",
-                                 "DESCRIPTION=Boulders, frame map: metres east and north", nullptr};
+OGRLayer* add_layer(GDALDataset& data, const char* name, OGRSpatialReference& system, bool with_z) {
+  const std::string identifier = fmt::format("IDENTIFIER={}", name);
+  const std::string description = fmt::format("DESCRIPTION={}, frame map: metres east and north",
+                                              name == kLayer ? "Boulders" : "Craters");
+  const char* const options[] = {"SPATIAL_INDEX=YES", identifier.c_str(), description.c_str(), nullptr};
   OGRLayer* const layer =
-      data.CreateLayer(kLayer, &system, with_z ? wkbPoint25D : wkbPoint, const_cast<char**>(options));
+      data.CreateLayer(name, &system, with_z ? wkbPoint25D : wkbPoint, const_cast<char**>(options));
   if (layer == nullptr) return nullptr;
   for (const Field& field : kFields) {
     OGRFieldDefn definition(field.name, OFTReal);
@@ -85,22 +88,21 @@ bool add_boulders(OGRLayer& layer, const std::vector<TableBoulder>& boulders, bo
 }
 
 /// What is on the disk is what was to be written: SQLite tells of a full disk only as it closes.
-bool reads_back(const std::filesystem::path& file, std::size_t count) {
+bool reads_back(const std::filesystem::path& file, const char* name, std::size_t count) {
   const Dataset data(GDALDataset::Open(file.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
-  OGRLayer* const layer = data == nullptr ? nullptr : data->GetLayerByName(kLayer);
+  OGRLayer* const layer = data == nullptr ? nullptr : data->GetLayerByName(name);
   return layer != nullptr && layer->GetFeatureCount() == static_cast<GIntBig>(count);
 }
 
 }  // namespace
 
 void write_geopackage(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
-                      const std::string& reference_system) {
+                      const std::string& reference_system, const std::vector<TableBoulder>& craters) {
   OGRSpatialReference system = reference_of(reference_system, path.string());
   OutputByName output(path);
   const QuietGdal quiet;
   const GdalOption date("OGR_CURRENT_DATE", "2000-01-01T00:00:00.000Z");
   const GdalOption statements("OGR_SQLITE_JOURNAL", "MEMORY");
-  const bool with_z = all_on_known_ground(boulders);
   GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GPKG");
   if (driver == nullptr) {
     throw ToolError("{}: this GDAL cannot write GeoPackage; install one with SQLite, or ask for CSV",
@@ -110,11 +112,16 @@ void write_geopackage(const std::filesystem::path& path, const std::vector<Table
   {
     const Dataset data(driver->Create(output.file().c_str(), 0, 0, 0, GDT_Unknown, nullptr));
     good = data != nullptr && data->StartTransaction() == OGRERR_NONE;
-    OGRLayer* const layer = good ? add_layer(*data, system, with_z) : nullptr;
-    good = layer != nullptr && add_boulders(*layer, boulders, with_z) && layer->SyncToDisk() == OGRERR_NONE &&
+    const auto put = [&](const char* name, const std::vector<TableBoulder>& points) {
+      const bool with_z = all_on_known_ground(points);
+      OGRLayer* const layer = add_layer(*data, name, system, with_z);
+      return layer != nullptr && add_boulders(*layer, points, with_z) && layer->SyncToDisk() == OGRERR_NONE;
+    };
+    good = good && put(kLayer, boulders) && (craters.empty() || put(kCraterLayer, craters)) &&
            data->CommitTransaction() == OGRERR_NONE;
   }
-  if (!good || quiet.failed() || !reads_back(output.file(), boulders.size())) {
+  if (!good || quiet.failed() || !reads_back(output.file(), kLayer, boulders.size()) ||
+      (!craters.empty() && !reads_back(output.file(), kCraterLayer, craters.size()))) {
     throw ToolError("{}: writing failed{}; free some disk space and run again", path.string(),
                     quiet.reason());
   }
@@ -122,7 +129,7 @@ void write_geopackage(const std::filesystem::path& path, const std::vector<Table
 }
 
 void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
-               const std::string& reference_system) {
+               const std::string& reference_system, const std::vector<TableBoulder>& craters) {
   const auto beside = [&](const char* ending) {
     return std::filesystem::path(path).replace_extension(ending);
   };
@@ -139,8 +146,9 @@ void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder
   }
   OutputFile table(path);
   OutputFile types(beside(".csvt"));
-  table.write(to_csv(boulders));
-  types.write("\"CoordX\",\"CoordY\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\"\n");
+  table.write(to_csv(boulders, craters));
+  types.write(
+      "\"CoordX\",\"CoordY\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"String\"\n");
   if (wkt.empty()) {
     std::error_code ignored;
     if (std::filesystem::exists(path))

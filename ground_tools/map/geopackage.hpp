@@ -15,20 +15,21 @@ namespace cairn::ground {
 ///                 boulders is known
 ///   diameter_m, area_m2, contrast, elongation, height_m, confidence, ground_z_m
 ///                 as in boulder_table.hpp, NULL where unknown
-/// with a spatial index and the reference system (reference_system.hpp). The same table gives the same bytes:
+/// with a spatial index and the reference system (reference_system.hpp), and, where there are any, a layer
+/// `craters` of the same columns. The same table gives the same bytes:
 /// the date that a GeoPackage carries is 2000-01-01.
 ///
 /// The file is whole or absent, and one that was there before is replaced. Throws ToolError: folder, disk
 /// full, reference system unknown.
 void write_geopackage(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
-                      const std::string& reference_system);
+                      const std::string& reference_system, const std::vector<TableBoulder>& craters = {});
 
 /// Writes `path` as to_csv has it, and beside it what makes GDAL and QGIS see points in it: `.csvt` (types of
 /// the columns) and, unless the reference system is a local one, `.prj` (the system as WKT), named as `path`
 /// with its ending exchanged. Throws ToolError: folder, disk full, reference system unknown, or the `.prj`
 /// belongs to a shapefile of the same name.
 void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
-               const std::string& reference_system);
+               const std::string& reference_system, const std::vector<TableBoulder>& craters = {});
 
 /// The reference system of a table of boulders: that of the `.prj` beside it (WKT), "local" where there is
 /// none. Throws ToolError where it is there and means nothing, or means degrees.

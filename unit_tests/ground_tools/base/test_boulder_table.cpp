@@ -27,6 +27,18 @@ void test_csv_round_trip(void**) {
   }
 }
 
+// Craters are in the table, and no boulders.
+void test_craters_stay_out(void**) {
+  TableBoulder boulder, crater;
+  boulder.diameter_m = 1.0;
+  crater.diameter_m = 9.0;
+  const std::string text = to_csv({boulder}, {crater, crater});
+  assert_true(text.find(",boulder\n") != std::string::npos && text.find(",crater\n") != std::string::npos);
+  table = read_csv(scratch.file("craters.csv", text));
+  assert_int_equal(table.size(), 1);
+  assert_near(table[0].diameter_m, 1.0, 0.0);
+}
+
 void test_columns_by_name(void**) {
   table = read_csv(scratch.file(
       "named.csv", "id,name,diameter,y,x\r\n7,\"big one\",0.5, 2 ,1e1\r\n\r\n8,small,0.1,3,4\r\n"));
@@ -79,9 +91,9 @@ void test_extent(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_csv_round_trip), cmocka_unit_test(test_columns_by_name),
-      cmocka_unit_test(test_points_of_qgis), cmocka_unit_test(test_refusals),
-      cmocka_unit_test(test_extent),
+      cmocka_unit_test(test_csv_round_trip),  cmocka_unit_test(test_craters_stay_out),
+      cmocka_unit_test(test_columns_by_name), cmocka_unit_test(test_points_of_qgis),
+      cmocka_unit_test(test_refusals),        cmocka_unit_test(test_extent),
   };
   return cmocka_run_group_tests_name("ground_tools/base/boulder_table", tests, nullptr, nullptr);
 }

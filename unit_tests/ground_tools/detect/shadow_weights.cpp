@@ -61,7 +61,7 @@ void add_image(const std::filesystem::path& path, const std::vector<TableBoulder
   std::size_t boulders = 0;
   const std::size_t before = set.size();
   for (const ShadowCandidate& c :
-       shadow_candidates({all, raster.grey_view(), raster.valid_view()}, all, view, params)) {
+       shadow_candidates({all, raster.grey_view(), raster.valid_view()}, all, view, params).boulders) {
     const double diameter_px = 2.0 * std::sqrt(c.across_px * c.along_px);
     const double rim_px = std::min({c.u_px, c.v_px, all.width - c.u_px, all.height - c.v_px});
     if (diameter_px < least_px || rim_px < 2.0 * diameter_px) continue;

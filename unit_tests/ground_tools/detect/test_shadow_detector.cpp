@@ -20,6 +20,7 @@ namespace {
 Raster raster;
 std::vector<TableBoulder> found;
 std::vector<ShadowBoulder> whole, pieces;
+std::vector<ShadowCrater> craters, crater_pieces;
 
 struct Rock {
   Vec2 p_map_m;
@@ -143,10 +144,42 @@ bool same(const ShadowBoulder& a, const ShadowBoulder& b) {
          a.confidence == b.confidence;
 }
 
+/// A bowl: Lambert's shading of a paraboloid, and its rim's shadow, which ends at the far arc moved sunwards.
+void draw_bowl(double u, double v, double radius_px, double depth_over_width, const Sun& sun) {
+  const double tan_e = std::tan(sun.elevation_rad);
+  const Vec2 away = -sun_direction_px(sun, raster.geo);
+  const double moved = radius_px * tan_e / (2.0 * depth_over_width);
+  for (int y = 0; y < raster.height; ++y) {
+    for (int x = 0; x < raster.width; ++x) {
+      const Vec2 d(x - u, y - v);
+      if (d.norm() >= radius_px) continue;
+      const double a = d.dot(away);
+      const double half_chord = std::sqrt(radius_px * radius_px - (d - a * away).squaredNorm());
+      const double shading = 1.0 + 4.0 * depth_over_width * a / radius_px / tan_e;
+      std::uint8_t& pixel = raster.grey[static_cast<std::size_t>(y) * raster.width + x];
+      const double grey = a < half_chord - moved ? 0.2 * kGround : kGround * std::max(0.2, shading);
+      pixel = static_cast<std::uint8_t>(std::clamp(grey + pixel - kGround, 0.0, 255.0));
+    }
+  }
+}
+
+/// In an order that tiles have no part in.
+void put_in_order(std::vector<ShadowCrater>& some) {
+  std::sort(some.begin(), some.end(), [](const ShadowCrater& a, const ShadowCrater& b) {
+    return a.v_px != b.v_px ? a.v_px < b.v_px : a.u_px < b.u_px;
+  });
+}
+
+bool same(const ShadowCrater& a, const ShadowCrater& b) {
+  return a.u_px == b.u_px && a.v_px == b.v_px && a.diameter_px == b.diameter_px && a.contrast == b.contrast &&
+         a.confidence == b.confidence;
+}
+
 // Cores of random sizes, each with no more pixels than shadow_reach_px asks for.
 void test_tiles_do_not_matter(void**) {
   const Sun sun = parse_sun("40,200");
   draw_ground(0.01, 600, 3);
+  for (int i = 0; i < 16; ++i) draw_bowl(75.0 + 150.0 * (i % 4), 75.0 + 150.0 * (i / 4), 5.0 + i, 0.15, sun);
   Random random(77);
   for (int i = 0; i < 90; ++i) {
     Rock rock{};
@@ -166,7 +199,11 @@ void test_tiles_do_not_matter(void**) {
   const int reach = shadow_reach_px(view, params);
   assert_in_range(reach, 20, 400);
   const PixelRect all{0, 0, 600, 600};
-  whole = detect_boulders_by_shadow({all, raster.grey_view(), raster.valid_view()}, all, view, params);
+  ShadowFinds finds = detect_by_shadow({all, raster.grey_view(), raster.valid_view()}, all, view, params);
+  whole = finds.boulders;
+  craters = finds.craters;
+  put_in_order(craters);
+  assert_true(craters.size() > 5);
   assert_true(whole.size() > 40);
   const auto by_place = [](const ShadowBoulder& a, const ShadowBoulder& b) {
     return a.v_px != b.v_px ? a.v_px < b.v_px : a.u_px < b.u_px;
@@ -175,6 +212,7 @@ void test_tiles_do_not_matter(void**) {
   for (int trial = 0; trial < 3; ++trial) {
     const int side = 97 + static_cast<int>(random.below(300));
     pieces.clear();
+    crater_pieces.clear();
     for (int y0 = 0; y0 < 600; y0 += side) {
       for (int x0 = 0; x0 < 600; x0 += side) {
         const PixelRect core{x0, y0, std::min(side, 600 - x0), std::min(side, 600 - y0)};
@@ -186,13 +224,17 @@ void test_tiles_do_not_matter(void**) {
         const std::size_t first = static_cast<std::size_t>(tile.rect.y0) * 600 + tile.rect.x0;
         tile.grey = {raster.grey.data() + first, tile.rect.width, tile.rect.height, 600};
         tile.valid = {raster.valid.data() + first, tile.rect.width, tile.rect.height, 600};
-        for (const ShadowBoulder& b : detect_boulders_by_shadow(tile, core, view, params))
-          pieces.push_back(b);
+        finds = detect_by_shadow(tile, core, view, params);
+        pieces.insert(pieces.end(), finds.boulders.begin(), finds.boulders.end());
+        crater_pieces.insert(crater_pieces.end(), finds.craters.begin(), finds.craters.end());
       }
     }
     std::sort(pieces.begin(), pieces.end(), by_place);
     assert_int_equal(pieces.size(), whole.size());
     for (std::size_t i = 0; i < whole.size(); ++i) assert_true(same(whole[i], pieces[i]));
+    put_in_order(crater_pieces);
+    assert_int_equal(crater_pieces.size(), craters.size());
+    for (std::size_t i = 0; i < craters.size(); ++i) assert_true(same(craters[i], crater_pieces[i]));
   }
 }
 
@@ -211,25 +253,6 @@ void test_what_is_no_boulder(void**) {
         raster.grey[static_cast<std::size_t>(y) * 400 + x] +=
             static_cast<int>(25.0 * std::sin((across ? x : y) * 0.3));
     assert_true(detect_boulders_by_shadow(raster, sun, any_size()).size() <= 2);
-  }
-}
-
-/// A bowl: Lambert's shading of a paraboloid, and its rim's shadow, which ends at the far arc moved sunwards.
-void draw_bowl(double u, double v, double radius_px, double depth_over_width, const Sun& sun) {
-  const double tan_e = std::tan(sun.elevation_rad);
-  const Vec2 away = -sun_direction_px(sun, raster.geo);
-  const double moved = radius_px * tan_e / (2.0 * depth_over_width);
-  for (int y = 0; y < raster.height; ++y) {
-    for (int x = 0; x < raster.width; ++x) {
-      const Vec2 d(x - u, y - v);
-      if (d.norm() >= radius_px) continue;
-      const double a = d.dot(away);
-      const double half_chord = std::sqrt(radius_px * radius_px - (d - a * away).squaredNorm());
-      const double shading = 1.0 + 4.0 * depth_over_width * a / radius_px / tan_e;
-      std::uint8_t& pixel = raster.grey[static_cast<std::size_t>(y) * raster.width + x];
-      const double grey = a < half_chord - moved ? 0.2 * kGround : kGround * std::max(0.2, shading);
-      pixel = static_cast<std::uint8_t>(std::clamp(grey + pixel - kGround, 0.0, 255.0));
-    }
   }
 }
 
@@ -258,8 +281,23 @@ void test_hollows_among_boulders(void**) {
           return (b.p_map_m - rock.p_map_m).norm() < 0.35 * rock.diameter_m;
         }));
       }
-      print_message("sun %s: %zu entries, %zu boulders\n", text, found.size(), rocks.size());
+      const PixelRect all{0, 0, 420, 420};
+      craters = detect_by_shadow({all, raster.grey_view(), {}}, all, shadow_view(sun, raster.geo), any_size())
+                    .craters;
+      int right = 0;
+      for (int i = 0; i < 25; ++i) {
+        const double radius_px = 4.0 + 1.3 * (i % 7);
+        right += std::any_of(craters.begin(), craters.end(), [&](const ShadowCrater& c) {
+          return std::hypot(c.u_px - 45.0 - 82.0 * (i % 5), c.v_px - 45.0 - 82.0 * (i / 5)) <
+                     0.3 * radius_px &&
+                 std::fabs(0.5 * c.diameter_px - radius_px) < 0.3 * radius_px;
+        });
+      }
+      print_message("sun %s: %zu entries, %zu boulders; %d of 25 craters, %zu in all\n", text, found.size(),
+                    rocks.size(), right, craters.size());
       assert_true(found.size() <= rocks.size() + 1);
+      assert_in_range(right, 22, 25);
+      assert_in_range(craters.size(), 22, 30);
     }
   }
 }

@@ -94,6 +94,23 @@ void test_read_back(void**) {
   }
 }
 
+void test_craters_have_a_layer(void**) {
+  make_boulders(false);
+  TableBoulder crater;
+  crater.diameter_m = 9.0;
+  write_geopackage(scratch.path("craters.gpkg"), boulders, kMars, {crater});
+  OGRLayer* const first = opened(scratch.path("craters.gpkg"));
+  assert_string_equal(first->GetName(), "boulders");
+  assert_int_equal(first->GetFeatureCount(), 50);
+  OGRLayer* const layer = data->GetLayerByName("craters");
+  assert_non_null(layer);
+  assert_int_equal(layer->GetFeatureCount(), 1);
+  const OGRFeatureUniquePtr feature(layer->GetNextFeature());
+  assert_near(feature->GetFieldAsDouble("diameter_m"), 9.0, 0.0);
+  data.reset();
+  assert_int_equal(read_points(scratch.path("craters.gpkg")).boulders.size(), 50);
+}
+
 /// However a system is written, the file's system means the same.
 /// What is written is read as it was.
 void test_points_are_boulders_again(void**) {
@@ -193,6 +210,7 @@ void test_refusals(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_read_back),
+      cmocka_unit_test(test_craters_have_a_layer),
       cmocka_unit_test(test_points_are_boulders_again),
       cmocka_unit_test(test_reference_systems),
       cmocka_unit_test(test_same_table_same_bytes),
