@@ -102,7 +102,7 @@ struct ShadowFinds {
 
 /// Those whose centre, rounded to a pixel, lies in `core`, by row and column. `tile` holds all of the image's
 /// pixels within shadow_reach_px() of `core`. The result is the union over any partition into cores, to the
-/// bit. Cost: 0.2 to 0.7 s a megapixel, by the number of spots.
+/// bit. Cost: some 60 us a spot: 0.02 s a megapixel on bare ground, 0.2 to 0.7 s among boulders or craters.
 ShadowFinds detect_by_shadow(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
                              const ShadowParams& params);
 /// The boulders alone.

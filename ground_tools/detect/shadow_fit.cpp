@@ -16,6 +16,7 @@ constexpr int kCore = 3;
 constexpr double kCentroid = 0.424413;  ///< of a half ellipse, 4 / (3 pi)
 constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations of the ground
 constexpr double kMostSlope = 5.8;
+constexpr double kFades = 0.5;        ///< of the most that a size explains: no larger size is tried then
 constexpr double kMostAbsent = 0.15;  ///< of the surroundings: what is cut off may be anything
 constexpr double kLeastHollow_px = 1.5;
 constexpr double kMostTilt = 0.6;
@@ -76,91 +77,121 @@ ShadowFitter::ShadowFitter(const Vec2& away_from_sun, double tan_elevation)
       half_columns_(
           static_cast<int>(kFitMostAcross_px * (1.6 + 1.35 * std::sqrt(1.0 + most_slope_ * most_slope_))) +
           2),
+      cos16_(std::lround(cos_ * 65536.0)),
+      sin16_(std::lround(sin_ * 65536.0)),
       samples_(static_cast<std::size_t>(2 * half_rows_ + 1) * (2 * half_columns_ + 1)),
-      sum_(static_cast<std::size_t>(2 * half_rows_ + 1) * (2 * half_columns_ + 2)) {}
+      absent_(samples_.size()),
+      sum_(static_cast<std::size_t>(2 * half_rows_ + 1) * (2 * half_columns_ + 2)),
+      ready_(static_cast<std::size_t>(2 * half_rows_ + 1)) {}
 
-bool ShadowFitter::sample(const ImageU8& grey, const ImageU8& valid, int u, int v) {
-  const auto cos16 = static_cast<std::int64_t>(std::lround(cos_ * 65536.0));
-  const auto sin16 = static_cast<std::int64_t>(std::lround(sin_ * 65536.0));
+/// Sample (a, b) in 1/65536 grey levels; -1 where it is not there.
+int ShadowFitter::look(int a, int b) const {
+  const std::int64_t x = a * cos16_ - b * sin16_;
+  const std::int64_t y = a * sin16_ + b * cos16_;
+  if (whole_) return between(grey_, u_, v_, x, y);
+  return between(grey_, valid_, (static_cast<std::int64_t>(u_) << 16) + x,
+                 (static_cast<std::int64_t>(v_) << 16) + y);
+}
+
+bool ShadowFitter::begin(const ImageU8& grey, const ImageU8& valid, int u, int v) {
+  grey_ = grey;
+  valid_ = valid;
+  u_ = u;
+  v_ = v;
+  const std::int64_t reach_x = (half_columns_ * std::abs(cos16_) + half_rows_ * std::abs(sin16_)) / 65536 + 2;
+  const std::int64_t reach_y = (half_columns_ * std::abs(sin16_) + half_rows_ * std::abs(cos16_)) / 65536 + 2;
+  whole_ = valid.data == nullptr && u >= reach_x && u < grey.width - reach_x && v >= reach_y &&
+           v < grey.height - reach_y;
+  std::fill(ready_.begin(), ready_.end(), std::uint8_t{0});
+  // A low sun's window is long, and the ground rises and falls in it: what is near tells the level. Every
+  // other sample of every other row is enough for that.
+  const int ground_columns = std::min(half_columns_, kMostGroundColumns);
   std::array<int, 256> histogram{};
   int count = 0;
-  missing_ = 0;
-  // A low sun's window is long, and the ground rises and falls in it: what is near tells the level.
-  const int ground_columns = std::min(half_columns_, kMostGroundColumns);
-  const std::int64_t reach_x = (half_columns_ * std::abs(cos16) + half_rows_ * std::abs(sin16)) / 65536 + 2;
-  const std::int64_t reach_y = (half_columns_ * std::abs(sin16) + half_rows_ * std::abs(cos16)) / 65536 + 2;
-  const bool whole = valid.data == nullptr && u >= reach_x && u < grey.width - reach_x && v >= reach_y &&
-                     v < grey.height - reach_y;
-  std::int32_t* sample = samples_.data();
-  for (int b = -half_rows_; b <= half_rows_; ++b) {
-    for (int a = -half_columns_; a <= half_columns_; ++a) {
-      const std::int64_t x = a * cos16 - b * sin16;
-      const std::int64_t y = a * sin16 + b * cos16;
-      const int value = whole ? between(grey, u, v, x, y)
-                              : between(grey, valid, (static_cast<std::int64_t>(u) << 16) + x,
-                                        (static_cast<std::int64_t>(v) << 16) + y);
-      *sample++ = value < 0 ? -1 : (value + 2048) >> 12;
-      missing_ += value < 0 ? 1 : 0;
-      if (value < 0 || a < -ground_columns || a > ground_columns) continue;
-      ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
-      ++count;
+  int missing = 0;
+  for (int b = -half_rows_; b <= half_rows_; b += 2) {
+    for (int a = -ground_columns; a <= ground_columns; a += 2) {
+      const int value = look(a, b);
+      if (value < 0) {
+        ++missing;
+      } else {
+        ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
+        ++count;
+      }
     }
   }
-  if (missing_ > 3 * count) return false;
+  if (missing > 3 * count) return false;
   // the ground: what is most common; shadows and rocks are less than half of the window
   ground_ = quantile(histogram, count / 2);
   noise_ = std::max(0.5, (quantile(histogram, 3 * count / 4) - ground_) / 0.6745);
-  sum_rows();
   depth_ = core_depth();
   return depth_ > kOne * std::max(1.0, kLeastDepth * noise_);
 }
 
-/// From grey to darkness below the ground, none where there is no pixel; and its sums along the rows.
-void ShadowFitter::sum_rows() {
+/// A row's samples, darkness below the ground, none where there is no pixel; and their sums.
+void ShadowFitter::sample_row(int row) {
+  const auto index = static_cast<std::size_t>(row + half_rows_);
+  const auto pitch = static_cast<std::size_t>(2 * half_columns_ + 1);
   const int level = static_cast<int>(std::lround(ground_ * kOne));
-  std::size_t i = 0;
-  std::size_t k = 0;
-  if (missing_ > 0) {
-    absent_.resize(samples_.size());
-    std::transform(samples_.begin(), samples_.end(), absent_.begin(), [](int s) { return s < 0 ? 1 : 0; });
+  std::int32_t* d = &samples_[index * pitch];
+  std::int32_t* sum = &sum_[index * (pitch + 1)];
+  std::uint8_t* absent = &absent_[index * pitch];
+  std::int32_t total = 0;
+  for (int a = -half_columns_; a <= half_columns_; ++a) {
+    const int value = look(a, row);
+    *absent++ = value < 0 ? 1 : 0;
+    *d = value < 0 ? 0 : level - ((value + 2048) >> 12);
+    *sum++ = total;
+    total += *d++;
   }
-  for (int b = -half_rows_; b <= half_rows_; ++b) {
-    std::int32_t total = 0;
-    for (int a = -half_columns_; a <= half_columns_; ++a, ++i, ++k) {
-      samples_[i] = samples_[i] < 0 ? 0 : level - samples_[i];
-      sum_[k] = total;
-      total += samples_[i];
-    }
-    sum_[k++] = total;
-  }
+  *sum = total;
+  ready_[index] = 1;
+}
+
+/// Darkness of the row's samples, from a = -half_columns.
+const std::int32_t* ShadowFitter::row_samples(int row) {
+  const auto index = static_cast<std::size_t>(row + half_rows_);
+  if (ready_[index] == 0) sample_row(row);
+  return &samples_[index * static_cast<std::size_t>(2 * half_columns_ + 1)];
 }
 
 /// The shadow's level: the darkest sample near the spot. Means of several are diluted where a boulder is few
 /// pixels wide; the dark grows into the body then, and the body moves towards the sun.
-double ShadowFitter::core_depth() const {
-  double depth = 0.0;
-  const int pitch = 2 * half_columns_ + 1;
+double ShadowFitter::core_depth() {
+  std::int32_t depth = 0;
   for (int b = -kCore; b <= kCore; ++b) {
-    for (int a = -kCore; a <= kCore; ++a) {
-      const auto at = static_cast<std::size_t>((b + half_rows_) * pitch + a + half_columns_);
-      depth = std::max(depth, static_cast<double>(samples_[at]));
-    }
+    const std::int32_t* d = row_samples(b) + half_columns_;
+    depth = std::max(depth, *std::max_element(d - kCore, d + kCore + 1));
   }
   return depth;
 }
 
-/// Darkness summed over a row from a = `from` to `to`; sample a covers a - 1/2 to a + 1/2.
-double ShadowFitter::part(int row, double from, double to) const {
-  const std::int32_t* s = &sum_[static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 2)];
-  const auto at = [&](double a) {
-    const double x = std::clamp(a + half_columns_ + 0.5, 0.0, 2.0 * half_columns_ + 1.0);
-    const int k = std::min(static_cast<int>(x), 2 * half_columns_);
+/// Darkness summed over a row up to a; sample a covers a - 1/2 to a + 1/2.
+struct ShadowFitter::RowSums {
+  const std::int32_t* s;
+  double half;
+  int most;
+
+  double to(double a) const {
+    const double x = std::clamp(a + half + 0.5, 0.0, 2.0 * half + 1.0);
+    const int k = std::min(static_cast<int>(x), most);
     return s[k] + (x - k) * (s[k + 1] - s[k]);
-  };
-  return at(to) - at(from);
+  }
+};
+
+inline ShadowFitter::RowSums ShadowFitter::row_sums(int row) {
+  const auto index = static_cast<std::size_t>(row + half_rows_);
+  if (ready_[index] == 0) sample_row(row);
+  return {&sum_[index * static_cast<std::size_t>(2 * half_columns_ + 2)], static_cast<double>(half_columns_),
+          2 * half_columns_};
 }
 
-ShadowFitter::Sums ShadowFitter::sums(const Trial& t, int every) const {
+double ShadowFitter::part(int row, double from, double to) {
+  const RowSums sums = row_sums(row);
+  return sums.to(to) - sums.to(from);
+}
+
+ShadowFitter::Sums ShadowFitter::sums(const Trial& t, int every) {
   Sums out{0.0, 0.0, 0.0, 0.0};
   const double stretch = std::sqrt(1.0 + t.slope * t.slope);
   const double tip = t.along * stretch;
@@ -172,15 +203,17 @@ ShadowFitter::Sums ShadowFitter::sums(const Trial& t, int every) const {
     const double w = std::sqrt(std::max(0.0, 1.0 - (row - t.b) * (row - t.b) * scale));
     const double a1 = t.a + terminator * w;
     const double a2 = t.a + tip * w;
-    out.lit += part(row, t.a - t.along * w, a1);
-    out.dark += part(row, a1, a2);
+    const RowSums sums = row_sums(row);
+    const double before_dark = sums.to(a1);
+    out.lit += before_dark - sums.to(t.a - t.along * w);
+    out.dark += sums.to(a2) - before_dark;
     out.lit_n += (t.along + terminator) * w;
     out.dark_n += (tip - terminator) * w;
   }
   return out;
 }
 
-double ShadowFitter::value(const Trial& t, int every) const {
+double ShadowFitter::value(const Trial& t, int every) {
   const Sums s = sums(t, every);
   if (s.dark_n <= 0.2 || s.lit_n <= 0.2 || s.dark <= 0.0) return 0.0;
   const double lit = s.lit / s.lit_n;
@@ -192,29 +225,37 @@ double ShadowFitter::value(const Trial& t, int every) const {
          depth_ * depth_ * area * (kRoundness * round * round + kTallness * tall * tall);
 }
 
-bool ShadowFitter::consider(const Trial& t, int every, Trial& best, double& most) const {
+bool ShadowFitter::consider(const Trial& t, int every, Trial& best, double& most) {
+  double here = 0.0;
+  return consider(t, every, best, most, here);
+}
+
+bool ShadowFitter::consider(const Trial& t, int every, Trial& best, double& most, double& most_here) {
   const double v = value(t, every);
+  most_here = std::max(most_here, v);
   if (!(v > most)) return false;
   most = v;
   best = t;
   return true;
 }
 
-void ShadowFitter::search(double least_across_px, Trial& best, double& most) const {
+void ShadowFitter::search(double least_across_px, Trial& best, double& most) {
   most = 0.0;
   best = {0.0, 0.0, 0.0, 0.0, 0.0};
   for (double across = least_across_px; across < kFitMostAcross_px * 0.95; across *= 1.35) {
+    double most_here = 0.0;
     for (const double height : {0.45, 0.8, 1.3, 2.0}) {
       const double slope = std::min(height / tan_elevation_, most_slope_);
       const double stretch = std::sqrt(1.0 + slope * slope);
       const double middle = kCentroid * across * (stretch + 1.0 / stretch);  // the dark's centroid
       for (int i = -2; i <= 2; ++i) {
         for (int j = -2; j <= 2; ++j) {
-          consider({-middle + 0.3 * i * across, 0.3 * j * across, across, across, slope},
-                   across > 4.0 ? 2 : 1, best, most);
+          const Trial t{-middle + 0.3 * i * across, 0.3 * j * across, across, across, slope};
+          consider(t, across > 4.0 ? 2 : 1, best, most, most_here);
         }
       }
     }
+    if (most_here < kFades * most) break;  // larger ones explain less and less
   }
   if (most <= 0.0) return;
   most = value(best, 1);
@@ -225,7 +266,7 @@ void ShadowFitter::search(double least_across_px, Trial& best, double& most) con
 }
 
 /// Each way of moving, both ways, up to three times while it helps.
-bool ShadowFitter::improve(double step, double least_across_px, Trial& best, double& most) const {
+bool ShadowFitter::improve(double step, double least_across_px, Trial& best, double& most) {
   bool better = false;
   for (int way = 0; way < kWays; ++way) {
     for (const double sign : {-1.0, 1.0}) {
@@ -266,7 +307,7 @@ bool ShadowFitter::allowed(const Trial& t, double least_across_px) const {
            t.along > 1.8 * t.across || t.along < 0.55 * t.across);
 }
 
-void ShadowFitter::measure(const Trial& t, ShadowFit& fit) const {
+void ShadowFitter::measure(const Trial& t, ShadowFit& fit) {
   const double stretch = std::sqrt(1.0 + t.slope * t.slope);
   const double tip = t.along * stretch;
   const double terminator = t.along / stretch;
@@ -291,8 +332,7 @@ void ShadowFitter::measure(const Trial& t, ShadowFit& fit) const {
     near_n += near;
     for (int a = static_cast<int>(std::ceil(a1)); a <= static_cast<int>(std::floor(a2)); ++a) {
       if (a < -half_columns_ || a > half_columns_) continue;
-      const double d = samples_[static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 1) +
-                                static_cast<std::size_t>(a + half_columns_)];
+      const double d = row_samples(row)[a + half_columns_];
       square += d * d;
       mean += d;
       square_n += 1.0;
@@ -316,7 +356,7 @@ void ShadowFitter::measure(const Trial& t, ShadowFit& fit) const {
   }
 }
 
-void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) const {
+void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) {
   const double stretch = std::sqrt(1.0 + t.slope * t.slope);
   const double tip = t.along * stretch;
   const double contrast = kOne * (fit.ground - fit.dark);
@@ -350,11 +390,12 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) const {
     const double w = inside > 0.0 ? std::sqrt(inside) : 0.0;
     const double a0 = t.a - (t.along + 1.0) * w;
     const double a2 = t.a + (tip + 1.0) * w;
-    const auto middle = static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 1) +
-                        static_cast<std::size_t>(half_columns_);
-    const std::int32_t* d = &samples_[middle];
+    const std::int32_t* d = row_samples(row) + half_columns_;
+    const std::uint8_t* missing =
+        &absent_[static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 1) +
+                 static_cast<std::size_t>(half_columns_)];
     for (int a = from; a <= to; ++a) {
-      if (missing_ > 0) absent += absent_[middle + static_cast<std::size_t>(a)];
+      absent += missing[a];
       if (inside > 0.0 && a >= a0 && a <= a2) continue;
       square += static_cast<double>(d[a]) * d[a];
       ++n;
@@ -364,7 +405,7 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) const {
   fit.absent = static_cast<double>(absent) / ((bottom - top + 1) * (to - from + 1));
 }
 
-ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) const {
+ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) {
   Sums out{0.0, 0.0, 0.0, 0.0};
   const int first = std::max(-half_rows_, static_cast<int>(std::ceil(h.b - h.radius)));
   const int last = std::min(half_rows_, static_cast<int>(std::floor(h.b + h.radius)));
@@ -375,22 +416,24 @@ ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) const {
     const double a2 = h.a + h.radius * w;
     const double edge = h.a + h.radius * (h.arc * w - h.shift) + h.tilt * (row - h.b);
     const double a1 = std::clamp(edge, a0, a2);
-    out.dark += part(row, a0, a1);
-    out.lit += part(row, a1, a2);
+    const RowSums sums = row_sums(row);
+    const double before_lit = sums.to(a1);
+    out.dark += before_lit - sums.to(a0);
+    out.lit += sums.to(a2) - before_lit;
     out.dark_n += a1 - a0;
     out.lit_n += a2 - a1;
   }
   return out;
 }
 
-double ShadowFitter::value(const Hollow& h) const {
+double ShadowFitter::value(const Hollow& h) {
   const Sums s = sums(h);
   if (s.dark <= 0.0 || s.lit >= 0.0) return 0.0;
   return s.dark * s.dark / s.dark_n + s.lit * s.lit / s.lit_n;
 }
 
 /// `dark`: [from, to) along row b is the hollow's dark wall; else its bright one.
-HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) const {
+HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) {
   static constexpr double kShapes[][2] = {{0.0, 0.25}, {0.0, -0.1}, {1.0, 0.7}, {1.0, 1.1}};  // arc, shift
   Hollow best{};
   double most = 0.0;
@@ -452,7 +495,7 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) cons
 
 ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px) {
   ShadowFit fit;
-  if (!sample(grey, valid, u, v)) return fit;
+  if (!begin(grey, valid, u, v)) return fit;
   Trial best{};
   double most = 0.0;
   search(least_across_px, best, most);

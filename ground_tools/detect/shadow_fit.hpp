@@ -99,36 +99,45 @@ class ShadowFitter {
   struct Hollow {
     double a, b, radius, arc, shift, tilt;
   };
+  struct RowSums;
   static constexpr int kWays = 7;  ///< to move a trial
 
-  bool sample(const ImageU8& grey, const ImageU8& valid, int u, int v);
-  void sum_rows();
-  double core_depth() const;
-  double part(int row, double from, double to) const;
-  Sums sums(const Trial& t, int every) const;  ///< over every n-th row
-  double value(const Trial& t, int every) const;
+  bool begin(const ImageU8& grey, const ImageU8& valid, int u, int v);
+  int look(int a, int b) const;
+  void sample_row(int row);
+  const std::int32_t* row_samples(int row);
+  double core_depth();
+  RowSums row_sums(int row);
+  double part(int row, double from, double to);  ///< darkness summed
+  Sums sums(const Trial& t, int every);          ///< over every n-th row
+  double value(const Trial& t, int every);
   /// Takes a trial that explains more; true where it does.
-  bool consider(const Trial& t, int every, Trial& best, double& most) const;
-  void search(double least_across_px, Trial& best, double& most) const;
-  bool improve(double step, double least_across_px, Trial& best, double& most) const;
+  bool consider(const Trial& t, int every, Trial& best, double& most);
+  bool consider(const Trial& t, int every, Trial& best, double& most, double& most_here);
+  void search(double least_across_px, Trial& best, double& most);
+  bool improve(double step, double least_across_px, Trial& best, double& most);
   static Trial moved(Trial t, int way, double by);  ///< by: share of the size
   bool allowed(const Trial& t, double least_across_px) const;
-  void measure(const Trial& t, ShadowFit& fit) const;
-  void measure_around(const Trial& t, ShadowFit& fit) const;
-  Sums sums(const Hollow& h) const;
-  double value(const Hollow& h) const;
+  void measure(const Trial& t, ShadowFit& fit);
+  void measure_around(const Trial& t, ShadowFit& fit);
+  Sums sums(const Hollow& h);
+  double value(const Hollow& h);
   /// The hollow whose dark or bright wall lies from `from` to `to` on row b, about.
-  HollowFit hollow(bool dark, double from, double to, double b) const;
+  HollowFit hollow(bool dark, double from, double to, double b);
 
   double sin_, cos_;
   double tan_elevation_;
   double most_slope_;
   int half_rows_, half_columns_;
+  std::int64_t cos16_, sin16_;
+  ImageU8 grey_, valid_;  ///< of the spot in hand
+  int u_ = 0, v_ = 0;
+  bool whole_ = false;  ///< the window has all of its pixels
   double ground_ = 0.0, noise_ = 0.0, depth_ = 0.0;
-  std::vector<std::int32_t> samples_;  ///< ground minus grey, 1/16
-  std::vector<std::uint8_t> absent_;   ///< where missing_ is not 0
-  int missing_ = 0;                    ///< samples beyond the view
+  std::vector<std::int32_t> samples_;  ///< ground minus grey, 1/16; rows are sampled as they are asked for
+  std::vector<std::uint8_t> absent_;   ///< 1 where there is no pixel
   std::vector<std::int32_t> sum_;      ///< along rows, exclusive
+  std::vector<std::uint8_t> ready_;    ///< rows
 };
 
 }  // namespace cairn::ground
