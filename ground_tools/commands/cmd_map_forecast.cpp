@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/output_file.hpp"
+#include "base/progress_line.hpp"
 #include "base/tool_error.hpp"
 #include "base/waypoints.hpp"
 #include "cmap/cmap_file.hpp"
@@ -68,6 +69,16 @@ std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent
   return drive_over(waypoints, options.step_m, options.turn_step_deg);
 }
 
+/// The defaults were fitted on drives of one rig.
+void warn_of_fit(const ForecastOptions& options) {
+  constexpr std::string_view kFitted = "paper";
+  if (kFitted == cfg::kMission.name || !options.changes.empty()) return;
+  fmt::print(stderr,
+             "cairn: warning: the forecast's parameters were fitted for mission '{}', none for '{}': errors "
+             "can be 2.5 times those given here; run a campaign and give its --model\n",
+             kFitted, cfg::kMission.name);
+}
+
 void run(const ForecastOptions& options) {
   if (options.mission != cfg::kMission.name) {
     throw ToolError(
@@ -79,7 +90,11 @@ void run(const ForecastOptions& options) {
   warn_of_scale(options.map, map);
   const ForecastModel model = model_of(options, map.method);
   const std::vector<PathPoint> drive = planned(options, map);
-  const Forecast made = forecast(model_for(model, map.boulders, map.extent), map.boulders, drive);
+  warn_of_fit(options);
+  ProgressLine progress(fmt::format("map forecast {}", options.map.filename().string()));
+  const Forecast made = forecast(model_for(model, map.boulders, map.extent), map.boulders, drive,
+                                 [&](double share) { progress.show(share); });
+  progress.clear();
   const ForecastSource source{options.map.string(), options.path.string(), map.reference_system};
 
   const auto put = [&](const fs::path& wanted, const char* name, const auto& text) {
@@ -146,7 +161,9 @@ void add_drive_options(CLI::App* app, ForecastOptions& o) {
       ->check(CLI::Range(0.001, 5.0))
       ->capture_default_str()
       ->group(group);
-  app->add_option("--turn-step", o.turn_step_deg, "rotation between frames when turning in place, degrees")
+  app->add_option(
+         "--turn-step", o.turn_step_deg,
+         "rotation between frames when turning in place, degrees; smaller angles than 25 are steered")
       ->check(CLI::Range(0.05, 90.0))
       ->capture_default_str()
       ->group(group);

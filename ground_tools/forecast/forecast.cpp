@@ -56,11 +56,14 @@ class ErrorForecast {
   ErrorCovariance P_;
 };
 
-PoseSigma sigma_of(const ErrorCovariance& P, double heading_rad) {
+/// `size_m` is that of the map: 0 where it holds nothing.
+PoseSigma sigma_of(const ErrorCovariance& P, double heading_rad, double size_m) {
   const Vec2 along(std::cos(heading_rad), std::sin(heading_rad));
   const Vec2 across(-along.y(), along.x());
   const Mat2 xy = P.topLeftCorner<2, 2>();
-  return {std::sqrt(along.dot(xy * along)), std::sqrt(across.dot(xy * across)), std::sqrt(P(2, 2))};
+  PoseSigma sigma{std::sqrt(along.dot(xy * along)), std::sqrt(across.dot(xy * across)), std::sqrt(P(2, 2))};
+  sigma.lost = sigma.yaw_rad > kPi || (size_m > 0.0 && std::hypot(sigma.along_m, sigma.across_m) > size_m);
+  return sigma;
 }
 
 /// Those that any frame of the drive can have in view.
@@ -256,16 +259,18 @@ ForecastModel model_for(const ForecastModel& model, const std::vector<TableBould
 }
 
 Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
-                  const std::vector<PathPoint>& drive) {
+                  const std::vector<PathPoint>& drive, const std::function<void(double)>& done) {
   CAIRN_ASSERT(!drive.empty());
   const Sweep sweep(model.rig, model.max_range_m, model.tracks);
   const std::vector<TableBoulder> near = near_drive(boulders, drive, sweep.reach_m());
   const MapExtent box = extent_of(boulders);
+  const double size_m = std::hypot(box.max_x_m - box.min_x_m, box.max_y_m - box.min_y_m);
   Forecast made;
   ErrorForecast error(model);
   double never_fixed = 1.0;
   std::size_t frame = 0;
   for (const std::size_t last : fix_frames(drive.size())) {
+    if (done) done(static_cast<double>(last) / static_cast<double>(drive.size()));
     for (; frame < last; ++frame) error.drive(drive[frame], drive[frame + 1]);
     FixStation station;
     station.at = drive[last];
@@ -287,18 +292,18 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
     demand.confirmed = 1.0 - never_fixed;
     const Mat3 information = weigh_boulders(model, footprint, demand, station);
     never_fixed *= 1.0 - station.applied;
-    station.before = sigma_of(before, station.at.yaw_rad);
+    station.before = sigma_of(before, station.at.yaw_rad, size_m);
     station.blind = !(station.applied >= model.blind_below);
     const ErrorCovariance after =
         station.applied > 0.0 ? error.fixed(information, made.stations.empty()) : before;
-    station.after = sigma_of(after, station.at.yaw_rad);
+    station.after = sigma_of(after, station.at.yaw_rad, size_m);
     station.ellipse = ellipse_of(after.topLeftCorner<2, 2>());
     station.right = station.applied * within_disc(station.ellipse, model.right_within_m);
     error.mix(station.applied, after);
     made.stations.push_back(station);
   }
   for (; frame + 1 < drive.size(); ++frame) error.drive(drive[frame], drive[frame + 1]);
-  made.at_end = sigma_of(error.covariance(), drive.back().yaw_rad);
+  made.at_end = sigma_of(error.covariance(), drive.back().yaw_rad, size_m);
   made.blind = blind_stretches(made, drive);
   return made;
 }

@@ -26,6 +26,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "base/boulder_table.hpp"
@@ -78,6 +79,7 @@ struct PoseSigma {
   double along_m = 0.0;
   double across_m = 0.0;
   double yaw_rad = 0.0;
+  bool lost = false;  ///< larger than the map, or than half a turn: the numbers mean nothing more
 };
 
 struct FixStation {
@@ -117,8 +119,8 @@ struct Forecast {
 ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                         const MapExtent& extent);
 
-/// Takes the model as it stands. Asks for at least one frame.
+/// Takes the model as it stands. Asks for at least one frame. `done` is told the share of the drive.
 Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
-                  const std::vector<PathPoint>& drive);
+                  const std::vector<PathPoint>& drive, const std::function<void(double)>& done = {});
 
 }  // namespace cairn::ground

@@ -30,6 +30,7 @@ double degrees(double rad) { return rounded(rad * kDegPerRad, 1.0e-3); }
 ordered_json place(double x_m, double y_m) { return {metres(x_m), metres(y_m)}; }
 
 ordered_json json_of(const PoseSigma& s) {
+  if (s.lost) return {{"along_m", nullptr}, {"across_m", nullptr}, {"yaw_deg", nullptr}};
   return {{"along_m", metres(s.along_m)}, {"across_m", metres(s.across_m)}, {"yaw_deg", degrees(s.yaw_rad)}};
 }
 
@@ -114,6 +115,17 @@ std::string crs_name(const std::string& reference_system) {
   return "urn:ogc:def:crs:EPSG::" + reference_system.substr(5);
 }
 
+std::string error_words(const PoseSigma& s) {
+  if (s.lost) return "lost";
+  return fmt::format("{:.3f} m along, {:.3f} m across, {:.2f} deg", s.along_m, s.across_m,
+                     s.yaw_rad * kDegPerRad);
+}
+
+std::string error_columns(const PoseSigma& s) {
+  if (s.lost) return fmt::format("{:>7} {:>7} {:>7}", "lost", "-", "-");
+  return fmt::format("{:>7.3f} {:>7.3f} {:>7.3f}", s.along_m, s.across_m, s.yaw_rad * kDegPerRad);
+}
+
 double blind_m(const Forecast& made) {
   double sum = 0.0;
   for (const BlindStretch& b : made.blind) sum += b.to_m - b.from_m;
@@ -131,13 +143,9 @@ std::string to_text(const Forecast& made, const ForecastModel& model, const std:
       fmt::format("{:>7} {:>9} {:>9} {:>5} {:>6} {:>6} {:>7} {:>6}  {:>7} {:>7} {:>7}  {:>7} {:>7} {:>7}\n",
                   "m", "m", "m", "", "", "", "", "", "along m", "m", "deg", "along m", "m", "deg");
   for (const FixStation& s : made.stations) {
-    text += fmt::format(
-        "{:>7.2f} {:>9.2f} {:>9.2f} {:>5} {:>6.1f} {:>6.1f} {:>7.3f} {:>6.3f}  {:>7.3f} {:>7.3f} {:>7.3f}  "
-        "{:>7.3f} "
-        "{:>7.3f} {:>7.3f}{}\n",
-        s.at.arc_m, s.at.x_m, s.at.y_m, s.boulders, s.found, s.needed, s.applied, s.right, s.before.along_m,
-        s.before.across_m, s.before.yaw_rad * kDegPerRad, s.after.along_m, s.after.across_m,
-        s.after.yaw_rad * kDegPerRad, s.blind ? "  blind" : "");
+    text += fmt::format("{:>7.2f} {:>9.2f} {:>9.2f} {:>5} {:>6.1f} {:>6.1f} {:>7.3f} {:>6.3f}  {}  {}{}\n",
+                        s.at.arc_m, s.at.x_m, s.at.y_m, s.boulders, s.found, s.needed, s.applied, s.right,
+                        error_columns(s.before), error_columns(s.after), s.blind ? "  blind" : "");
   }
   double applied = 0.0;
   double right = 0.0;
@@ -149,14 +157,10 @@ std::string to_text(const Forecast& made, const ForecastModel& model, const std:
   text += fmt::format("{} fixes on {:.2f} m: {:.1f} expected to be applied, {:.1f} right (within {} m)\n",
                       made.stations.size(), all_m, applied, right, model.right_within_m);
   for (const BlindStretch& b : made.blind) {
-    text += fmt::format(
-        "blind from {:.2f} m to {:.2f} m ({:.2f} m): error by then {:.3f} m along, {:.3f} m across, {:.2f} "
-        "deg\n",
-        b.from_m, b.to_m, b.to_m - b.from_m, b.at_end.along_m, b.at_end.across_m,
-        b.at_end.yaw_rad * kDegPerRad);
+    text += fmt::format("blind from {:.2f} m to {:.2f} m ({:.2f} m): error by then {}\n", b.from_m, b.to_m,
+                        b.to_m - b.from_m, error_words(b.at_end));
   }
-  text += fmt::format("at the end: {:.3f} m along, {:.3f} m across, {:.2f} deg (standard deviations)\n",
-                      made.at_end.along_m, made.at_end.across_m, made.at_end.yaw_rad * kDegPerRad);
+  text += fmt::format("at the end: {} (standard deviations)\n", error_words(made.at_end));
   return text;
 }
 
@@ -170,7 +174,7 @@ std::string to_csv(const Forecast& made) {
     const ordered_json values = flat(s);
     for (const auto& [key, value] : values.items()) {
       if (!row.empty()) row += ',';
-      row += value.is_boolean() ? (value.get<bool>() ? "1" : "0") : value.dump();
+      row += value.is_null() ? "" : value.is_boolean() ? (value.get<bool>() ? "1" : "0") : value.dump();
     }
     text += row + '\n';
   }
@@ -187,9 +191,8 @@ std::string to_geojson(const Forecast& made, const ForecastModel& model, const s
                              {{"length_m", metres(drive.back().arc_m)}, {"map", source.map}}));
   for (const BlindStretch& b : made.blind) {
     ordered_json properties = json_of(b);
+    for (const char* name : {"along_m", "across_m"}) properties[name] = properties["at_end"][name];
     properties.erase("at_end");
-    properties["along_m"] = metres(b.at_end.along_m);
-    properties["across_m"] = metres(b.at_end.across_m);
     properties["blind_below"] = model.blind_below;
     features.push_back(feature("blind", "LineString", line(drive, b.first_frame, b.last_frame), properties));
   }

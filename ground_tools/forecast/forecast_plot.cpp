@@ -85,6 +85,13 @@ void draw_stations(Svg& svg, const Panel& panel, const Forecast& made, double ma
   }
 }
 
+/// An arrow from the start, along the first heading.
+void draw_start(Svg& svg, const Panel& panel, const PathPoint& start) {
+  svg.add(
+      R"svg(<g transform="translate({:.1f} {:.1f}) rotate({:.1f})"><title>start</title><path d="M0,-7 L0,7 M0,0 L24,0 M16,-5 L24,0 L16,5" fill="none" stroke="#222222" stroke-width="2"/></g>)svg",
+      panel.px(start.x_m), panel.py(start.y_m), -start.yaw_rad * kDegPerRad);
+}
+
 void draw_map(Svg& svg, const Panel& panel, const Forecast& made, const std::vector<TableBoulder>& boulders,
               const std::vector<PathPoint>& drive, double magnification) {
   const double step = nice_step(panel.box.size_m().maxCoeff(), 8);
@@ -101,6 +108,7 @@ void draw_map(Svg& svg, const Panel& panel, const Forecast& made, const std::vec
   for (const BlindStretch& b : made.blind)
     svg.path(pixels(panel, drive, b.first_frame, b.last_frame), kBlind, 5.0, R"(stroke-opacity="0.55")");
   draw_stations(svg, panel, made, magnification);
+  draw_start(svg, panel, drive.front());
   draw_axes(svg, panel, step, step, "east (m)", "north (m)");
 }
 

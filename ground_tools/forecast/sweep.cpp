@@ -2,20 +2,105 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "schedule.hpp"
 
 namespace cairn::ground {
 
+namespace {
+
+double distance_m(const Vec2& p, const Vec2& from, const Vec2& to) {
+  const Vec2 leg = to - from;
+  const double squared = leg.squaredNorm();
+  const double share = squared > 0.0 ? std::clamp((p - from).dot(leg) / squared, 0.0, 1.0) : 0.0;
+  return (p - from - share * leg).norm();
+}
+
+/// The way in as few legs as lie within kWayWidth_m of its points (Douglas and Peucker 1973).
+std::vector<Vec2> legs_of(const std::vector<Vec2>& way) {
+  std::vector<bool> keeps(way.size(), false);
+  keeps.front() = keeps.back() = true;
+  std::vector<std::pair<std::size_t, std::size_t>> open{{0, way.size() - 1}};
+  while (!open.empty()) {
+    const auto [first, last] = open.back();
+    open.pop_back();
+    std::size_t farthest = first;
+    double most_m = kWayWidth_m;
+    for (std::size_t i = first + 1; i < last; ++i) {
+      const double off_m = distance_m(way[i], way[first], way[last]);
+      if (off_m <= most_m) continue;
+      farthest = i;
+      most_m = off_m;
+    }
+    if (farthest == first) continue;
+    keeps[farthest] = true;
+    open.emplace_back(first, farthest);
+    open.emplace_back(farthest, last);
+  }
+  std::vector<Vec2> legs;
+  for (std::size_t i = 0; i < way.size(); ++i) {
+    if (keeps[i]) legs.push_back(way[i]);
+  }
+  return legs;
+}
+
+/// Frames one after another; where the last one stands on its leg.
+class Frames {
+ public:
+  Frames(double step_m, double turn_step_deg) : step_m_(step_m), turn_step_rad_(turn_step_deg * kRadPerDeg) {}
+
+  void leg(const Vec2& from, const Vec2& to) {
+    const Vec2 way = to - from;
+    const double yaw_rad = std::atan2(way.y(), way.x());
+    if (frames_.empty()) {
+      frames_.push_back({from.x(), from.y(), yaw_rad, 0.0});
+    } else {
+      turn(from, wrap_angle(yaw_rad - yaw_rad_));
+    }
+    yaw_rad_ = yaw_rad;
+    const double end_m = arc_m_ + way.norm();
+    for (; next_m() <= end_m + 1.0e-9 * step_m_ * (steps_ + 2.0); ++steps_) {
+      const Vec2 at = from + (next_m() - arc_m_) / way.norm() * way;
+      frames_.push_back({at.x(), at.y(), yaw_rad, next_m()});
+    }
+    arc_m_ = end_m;
+  }
+
+  std::vector<PathPoint> take() { return std::move(frames_); }
+
+ private:
+  double next_m() const { return run_m_ + (steps_ + 1.0) * step_m_; }
+
+  /// In place, but for what is driven through.
+  void turn(const Vec2& at, double angle_rad) {
+    if (std::fabs(angle_rad) <= kSteeredRad) return;
+    if (arc_m_ - frames_.back().arc_m > 1.0e-6) frames_.push_back({at.x(), at.y(), yaw_rad_, arc_m_});
+    const int parts = static_cast<int>(std::ceil(std::fabs(angle_rad) / turn_step_rad_ - 1.0e-9));
+    for (int i = 1; i <= parts; ++i)
+      frames_.push_back({at.x(), at.y(), wrap_angle(yaw_rad_ + angle_rad * i / parts), arc_m_});
+    run_m_ = arc_m_;
+    steps_ = 0.0;
+  }
+
+  double step_m_;
+  double turn_step_rad_;
+  std::vector<PathPoint> frames_;
+  double yaw_rad_ = 0.0;
+  double arc_m_ = 0.0;  ///< of the end of the last leg
+  double run_m_ = 0.0;  ///< of the last turn in place: frames lie step_m apart from there
+  double steps_ = 0.0;  ///< since then
+};
+
+}  // namespace
+
 std::vector<PathPoint> drive_over(const std::vector<Vec2>& waypoints_map_m, double step_m,
                                   double turn_step_deg) {
   CAIRN_ASSERT(waypoints_map_m.size() >= 2);
-  sim::Scene scene;
-  scene.traverse.kind = sim::TraverseKind::kWaypoints;
-  scene.traverse.waypoints_map_m = waypoints_map_m;
-  scene.traverse.step_m = step_m;
-  scene.traverse.turn_step_deg = turn_step_deg;
-  return sim::plan(scene);
+  const std::vector<Vec2> legs = legs_of(waypoints_map_m);
+  Frames frames(step_m, turn_step_deg);
+  for (std::size_t i = 1; i < legs.size(); ++i) frames.leg(legs[i - 1], legs[i]);
+  return frames.take();
 }
 
 std::vector<std::size_t> fix_frames(std::size_t frames) {

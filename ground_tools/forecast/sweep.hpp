@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/trig.hpp"
 #include "geometry/stereo_rig.hpp"
 #include "localizer/boulder_tracks.hpp"
 #include "sim/traverse.hpp"
@@ -16,8 +17,16 @@ namespace cairn::ground {
 
 using sim::PathPoint;
 
-/// The frames of a drive over way-points: straight from one to the next, turning in place at each, as the
-/// simulator drives (sim::plan, kind waypoints). Asks for two points or more, no two in a row the same.
+/// What of a way is drawn and not driven: a way taken from a drive has its points some centimetres off.
+inline constexpr double kWayWidth_m = 0.03;
+/// A smaller angle between two legs is steered in driving: the chords of a curve of 5 m radius, 2 m apart,
+/// have 23 degrees between them.
+inline constexpr double kSteeredRad = 25.0 * kRadPerDeg;
+
+/// The frames of a drive over way-points: along straight legs that pass within kWayWidth_m of each, so that
+/// it does not matter how densely a way is drawn. The rover steers through angles up to kSteeredRad, and
+/// turns in place at larger ones; there the frames begin anew, as the simulator's do (sim::plan). Asks for
+/// two points or more, the first two not the same.
 std::vector<PathPoint> drive_over(const std::vector<Vec2>& waypoints_map_m, double step_m,
                                   double turn_step_deg);
 

@@ -387,6 +387,51 @@ void test_errors_against_the_fusion(void**) {
   assert_near(blind.at_end.yaw_rad, fusion.sigma_yaw_rad(), 1e-9);
 }
 
+/// How densely a way is drawn does not matter, nor that its points are some millimetres off.
+void test_a_way_drawn_densely_or_not(void**) {
+  const std::vector<TableBoulder> all = field(-4.0, 14.0, 0.7);
+  Random random(3);
+  static std::vector<Forecast> made;
+  for (const double apart_m : {2.0, 0.25, 0.06}) {
+    std::vector<Vec2> way;
+    for (double s = 0.0; s <= 12.0; s += apart_m) {  // a curve of 8 m radius
+      const double off_m = apart_m < 1.0 ? test::uniform(random, -0.008, 0.008) : 0.0;
+      const SinCos a = sin_cos(s / 8.0);
+      way.emplace_back((8.0 + off_m) * a.sin, 4.0 - (8.0 + off_m) * a.cos);
+    }
+    made.push_back(forecast(mission_model(), all, drive_over(way, 0.06, 2.0)));
+  }
+  for (const Forecast& f : made) {
+    assert_true(made[0].stations.size() >= 6);
+    assert_near(f.stations.size(), made[0].stations.size(), 1);
+    assert_near(f.at_end.across_m, made[0].at_end.across_m, 0.1 * made[0].at_end.across_m);
+    assert_near(f.at_end.yaw_rad, made[0].at_end.yaw_rad, 0.1 * made[0].at_end.yaw_rad);
+  }
+}
+
+/// 90 degrees are turned in place, 2 degrees a frame; where the way goes back, it goes back.
+void test_turns_in_place(void**) {
+  const std::vector<PathPoint> corner = drive_over({Vec2(0, 0), Vec2(3, 0), Vec2(3, 3)}, 0.1, 2.0);
+  assert_int_equal(corner.size(), 1 + 30 + 45 + 30);
+  const std::vector<PathPoint> back = drive_over({Vec2(0, 0), Vec2(3, 0), Vec2(1, 0)}, 0.1, 2.0);
+  assert_int_equal(back.size(), 1 + 30 + 90 + 20);
+  assert_near(back.back().x_m, 1.0, 1e-9);
+  assert_near(back.back().arc_m, 5.0, 1e-9);
+}
+
+/// An error larger than the map, or than half a turn, is none that numbers tell of.
+void test_lost(void**) {
+  ForecastModel model = mission_model();
+  model.sigma_start_xy_m = 100.0;
+  const std::vector<TableBoulder> all = field(-4.0, 8.0, 1.0);
+  model.verdict.ln_threshold = 1.0e6;
+  assert_true(forecast(model, all, straight(4.0)).at_end.lost);
+  model.sigma_start_xy_m = 1.0;
+  assert_false(forecast(model, all, straight(4.0)).at_end.lost);
+  model.sigma_start_yaw_rad = 4.0;
+  assert_true(forecast(model, all, straight(4.0)).at_end.lost);
+}
+
 /// Of two outcomes the covariance carried on is the mean, weighed by their probabilities.
 void test_both_outcomes_are_carried_on(void**) {
   const std::vector<TableBoulder> all = field(-4.0, 8.0, 1.0);
@@ -457,6 +502,9 @@ int main() {
       cmocka_unit_test(test_blind_in_between),
       cmocka_unit_test(test_probability_against_the_verdict),
       cmocka_unit_test(test_errors_against_the_fusion),
+      cmocka_unit_test(test_a_way_drawn_densely_or_not),
+      cmocka_unit_test(test_turns_in_place),
+      cmocka_unit_test(test_lost),
       cmocka_unit_test(test_both_outcomes_are_carried_on),
       cmocka_unit_test(test_ellipses),
       cmocka_unit_test(test_within_a_disc),
