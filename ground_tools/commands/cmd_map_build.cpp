@@ -158,10 +158,35 @@ void check_pixels(const BuildOptions& options, const RasterFacts& facts,
       side_m);
 }
 
+/// `auto`, or an elevation with it: the image itself is asked.
+bool sun_is_asked(const BuildOptions& options) {
+  const std::string& text = options.sun;
+  return text == "auto" || (text.size() > 5 && text.compare(text.size() - 5, 5, ",auto") == 0);
+}
+
+/// In the map's axes; where the elevation is not told, that of the label.
+Sun asked_sun(const BuildOptions& options, const RasterSource& source, const std::optional<Sun>& label) {
+  double elevation_rad = label ? label->elevation_rad : 0.0;
+  if (options.sun != "auto")
+    elevation_rad = parse_sun(options.sun.substr(0, options.sun.size() - 4) + "0").elevation_rad;
+  const SunGuess guess = guess_sun(*source.reader(), source.facts(), elevation_rad);
+  fmt::print(
+      "sun by the image itself: azimuth {:.0f} of the map's axes, {} bodies and hollows ({} bodies); the other way "
+      "round {} ({}){}\n",
+      guess.sun.azimuth_rad * kDegPerRad, guess.finds, guess.boulders, guess.opposite,
+      guess.opposite_boulders, guess.is_sure() ? "" : ": not sure");
+  if (!guess.is_sure())
+    fmt::print(
+        stderr,
+        "cairn: warning: {}: the image does not clearly tell where its sun stood; look at its shadows, and give --sun\n",
+        options.ortho.string());
+  return guess.sun;
+}
+
 /// The sun as told, its azimuth clockwise from north; nothing where it is not known.
 std::optional<Sun> sun_from_north(const BuildOptions& options, const RasterFacts& facts,
                                   const std::optional<SiteFrame>& frame) {
-  if (!options.sun.empty()) return parse_sun(options.sun);
+  if (!options.sun.empty() && !sun_is_asked(options)) return parse_sun(options.sun);
   std::optional<Sun> sun = facts.sun;
   if (!options.sun_grid.empty()) sun = parse_sun(options.sun_grid, "--sun-grid");
   if (sun && frame) sun->azimuth_rad = frame->azimuth_from_north(sun->azimuth_rad);
@@ -190,6 +215,7 @@ TileInput open_input(const BuildOptions& options) {
     frame = site_frame(input.source->facts().reference_system, middle_of(input.source->facts()));
   }
   if (sun && frame) sun->azimuth_rad = frame->azimuth_in_map(sun->azimuth_rad);
+  if (sun_is_asked(options)) sun = asked_sun(options, *input.source, sun);
   if (options.method == "shadow" && !sun) {
     throw ToolError("{}: its label does not give the position of the sun; give --sun ELEVATION,AZIMUTH",
                     options.ortho.string());
@@ -201,7 +227,10 @@ TileInput open_input(const BuildOptions& options) {
 }
 
 const char* sun_from(const BuildOptions& options) {
-  return !options.sun.empty() ? "--sun" : !options.sun_grid.empty() ? "--sun-grid" : "the image's label";
+  return sun_is_asked(options)       ? "the image itself"
+         : !options.sun.empty()      ? "--sun"
+         : !options.sun_grid.empty() ? "--sun-grid"
+                                     : "the image's label";
 }
 
 /// In one line: what is done, and why.
@@ -271,7 +300,7 @@ void check_coarseness(const BuildOptions& options, const TileInput& input) {
 
 /// An azimuth given where the shadows point is an easy slip.
 void tell_reversed_sun(const BuildOptions& options, const TileInput& input) {
-  if (input.detection.method != cmap::Method::kShadow) return;
+  if (input.detection.method != cmap::Method::kShadow || sun_is_asked(options)) return;
   const SunCheck seen = check_sun(*input.source->reader(), input.source->facts(), input.detection.sun);
   if (!seen.looks_reversed()) return;
   fmt::print(
@@ -493,7 +522,7 @@ void add_map_build(CLI::App& map) {
       ->add_option(
           "--sun", o.sun,
           "ELEVATION,AZIMUTH in degrees, azimuth towards the sun, clockwise from true north (default: from "
-          "the image's label)")
+          "the image's label); auto, or ELEVATION,auto: from the image itself")
       ->group(detector);
   build_app
       ->add_option("--sun-grid", o.sun_grid,

@@ -1,7 +1,9 @@
 #include "detect/sun_check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/trig.hpp"
@@ -167,7 +169,7 @@ std::vector<std::uint8_t> grey_of(const Window& window, PixelDepth depth) {
   return grey;
 }
 
-int sure_boulders(const Window& window, const std::vector<std::uint8_t>& grey, const ShadowView& view) {
+ShadowFinds sure_finds(const Window& window, const std::vector<std::uint8_t>& grey, const ShadowView& view) {
   GreyTile tile;
   tile.rect = {window.box.x0, window.box.y0, window.box.width(), window.box.height()};
   tile.grey = packed_view<const std::uint8_t>(grey.data(), tile.rect.width, tile.rect.height);
@@ -175,7 +177,37 @@ int sure_boulders(const Window& window, const std::vector<std::uint8_t>& grey, c
   ShadowParams params;
   params.max_diameter_px = kMostWitness_px;
   params.min_confidence = kSure;
-  return static_cast<int>(detect_boulders_by_shadow(tile, tile.rect, view, params).size());
+  return detect_by_shadow(tile, tile.rect, view, params);
+}
+
+int sure_boulders(const Window& window, const std::vector<std::uint8_t>& grey, const ShadowView& view) {
+  return static_cast<int>(sure_finds(window, grey, view).boulders.size());
+}
+
+struct Count {
+  int boulders = 0;
+  int finds = 0;
+};
+
+/// Windows all over the image, at most `most` a side.
+std::vector<PixelBox> windows_of(const RasterFacts& facts, int most) {
+  const auto count = [&](int side) { return std::min(most, (side + kWindowPx - 1) / kWindowPx); };
+  const auto place = [](int i, int n, int side) {
+    return n <= 1 ? 0
+                  : static_cast<int>(static_cast<std::int64_t>(std::max(0, side - kWindowPx)) * i / (n - 1));
+  };
+  const int across = count(facts.width);
+  const int down = count(facts.height);
+  std::vector<PixelBox> boxes;
+  for (int j = 0; j < down; ++j) {
+    for (int i = 0; i < across; ++i) {
+      PixelBox box{place(i, across, facts.width), place(j, down, facts.height), 0, 0};
+      box.x1 = std::min(box.x0 + kWindowPx, facts.width);
+      box.y1 = std::min(box.y0 + kWindowPx, facts.height);
+      boxes.push_back(box);
+    }
+  }
+  return boxes;
 }
 
 /// Whether there are clearly more of `these`.
@@ -194,37 +226,87 @@ SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& su
   SunCheck check;
   const Vec2 towards = sun_direction_px(sun, facts.geo);
   const Sun turned{sun.elevation_rad, sun.azimuth_rad + kPi};
-  const int across =
-      facts.width > kWindowPx * kWindows ? kWindows : (facts.width + kWindowPx - 1) / kWindowPx;
-  const int down =
-      facts.height > kWindowPx * kWindows ? kWindows : (facts.height + kWindowPx - 1) / kWindowPx;
-  const auto place = [](int i, int count, int side) {
-    return count <= 1
-               ? 0
-               : static_cast<int>(static_cast<std::int64_t>(std::max(0, side - kWindowPx)) * i / (count - 1));
-  };
-  for (int j = 0; j < down; ++j) {
-    for (int i = 0; i < across; ++i) {
-      PixelBox box{place(i, across, facts.width), place(j, down, facts.height), 0, 0};
-      box.x1 = std::min(box.x0 + kWindowPx, facts.width);
-      box.y1 = std::min(box.y0 + kWindowPx, facts.height);
-      Window window{box, {}, {}};
-      if (!window.read(reader)) continue;
-      if (check.boulders + check.opposite < kEnough) {
-        const std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
-        check.boulders += sure_boulders(window, grey, shadow_view(sun, facts.geo));
-        check.opposite += sure_boulders(window, grey, shadow_view(turned, facts.geo));
-      }
-      Level level = window.level();
-      double pixel_m = facts.geo.pixel_m();
-      for (; pixel_m < kLeastPixelM && level.width >= 2 * kLeastSidePx; pixel_m *= 2.0) level = halved(level);
-      for (int k = 0; k < kLevels && std::min(level.width, level.height) >= kLeastSidePx; ++k) {
-        count_spots(level, towards, check);
-        level = halved(level);
-      }
+  for (const PixelBox& box : windows_of(facts, kWindows)) {
+    Window window{box, {}, {}};
+    if (!window.read(reader)) continue;
+    if (check.boulders + check.opposite < kEnough) {
+      const std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
+      check.boulders += sure_boulders(window, grey, shadow_view(sun, facts.geo));
+      check.opposite += sure_boulders(window, grey, shadow_view(turned, facts.geo));
+    }
+    Level level = window.level();
+    double pixel_m = facts.geo.pixel_m();
+    for (; pixel_m < kLeastPixelM && level.width >= 2 * kLeastSidePx; pixel_m *= 2.0) level = halved(level);
+    for (int k = 0; k < kLevels && std::min(level.width, level.height) >= kLeastSidePx; ++k) {
+      count_spots(level, towards, check);
+      level = halved(level);
     }
   }
   return check;
+}
+
+bool SunGuess::is_sure() const {
+  const int these = finds_are_alike() ? boulders : finds;
+  const int those = finds_are_alike() ? opposite_boulders : opposite;
+  return these >= 20 && these - those > 2.5 * std::sqrt(static_cast<double>(these + those));
+}
+
+SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevation_rad) {
+  constexpr int kAzimuths = 12;
+  constexpr double kStep = 2.0 * kPi / kAzimuths;
+  constexpr double kUsual = 30.0 * kRadPerDeg;
+  std::vector<std::pair<Window, std::vector<std::uint8_t>>> windows;
+  for (const PixelBox& box : windows_of(facts, 2)) {
+    Window window{box, {}, {}};
+    if (!window.read(reader)) continue;
+    std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
+    windows.emplace_back(std::move(window), std::move(grey));
+  }
+  const auto count_with = [&](double elevation, double azimuth) {
+    Count count;
+    for (const auto& [window, grey] : windows) {
+      const ShadowFinds finds = sure_finds(window, grey, shadow_view({elevation, azimuth}, facts.geo));
+      count.boulders += static_cast<int>(finds.boulders.size());
+      count.finds += static_cast<int>(finds.boulders.size() + finds.craters.size());
+    }
+    return count;
+  };
+  SunGuess guess;
+  guess.sun.elevation_rad = elevation_rad > 0.0 ? elevation_rad : kUsual;
+  std::array<Count, kAzimuths> counts;
+  for (int i = 0; i < kAzimuths; ++i)
+    counts[static_cast<std::size_t>(i)] = count_with(guess.sun.elevation_rad, i * kStep);
+  const auto at = [&](int i) { return counts[static_cast<std::size_t>((i + kAzimuths) % kAzimuths)]; };
+  const auto take = [&](int i) {
+    guess.finds = at(i).finds;
+    guess.boulders = at(i).boulders;
+    guess.opposite = at(i + kAzimuths / 2).finds;
+    guess.opposite_boulders = at(i + kAzimuths / 2).boulders;
+  };
+  int best = 0;
+  for (int i = 1; i < kAzimuths; ++i)
+    if (at(i).finds > at(best).finds) best = i;
+  take(best);
+  if (guess.finds_are_alike() && guess.opposite_boulders > guess.boulders) {
+    best = (best + kAzimuths / 2) % kAzimuths;
+    take(best);
+  }
+  // the vertex of the parabola through the best and its neighbours
+  const double before = at(best - 1).finds;
+  const double after = at(best + 1).finds;
+  const double bend = before - 2.0 * guess.finds + after;
+  const double shift = bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
+  const double azimuth = (best + std::clamp(shift, -0.5, 0.5)) * kStep;
+  guess.sun.azimuth_rad = azimuth < 0.0 ? azimuth + 2.0 * kPi : azimuth;
+  if (elevation_rad > 0.0) return guess;
+  int most = 0;
+  for (const double degrees : {15.0, 22.0, 30.0, 40.0, 55.0}) {
+    const int count = count_with(degrees * kRadPerDeg, guess.sun.azimuth_rad).finds;
+    if (count <= most) continue;
+    most = count;
+    guess.sun.elevation_rad = degrees * kRadPerDeg;
+  }
+  return guess;
 }
 
 }  // namespace cairn::ground

@@ -28,4 +28,26 @@ struct SunCheck {
 /// `sun` in the axes of `facts`. Time: up to two seconds.
 SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun);
 
+/// Where the sun stands by the image itself: the direction with which the shadow detector finds most,
+/// boulders and hollows together. With a direction that is some 30 degrees off it finds less; with the
+/// opposite one bodies turn into hollows and hollows into bodies, which fit less well. Where the two ways
+/// come out within a tenth of each other, the one with more boulders is taken: among boulders that are close
+/// to each other, the gaps read as hollows.
+struct SunGuess {
+  Sun sun;           ///< in the axes of the facts; azimuth to some 10 to 30 degrees
+  int finds = 0;     ///< boulders of confidence 0.8 and more, and hollows, with it
+  int opposite = 0;  ///< and with the opposite azimuth
+  int boulders = 0;  ///< of them
+  int opposite_boulders = 0;
+
+  /// At least 20, and 2.5 standard deviations of a fair coin more than the other way round: of the finds, or
+  /// of the boulders where the finds are alike.
+  bool is_sure() const;
+  bool finds_are_alike() const { return 10 * opposite > 9 * finds && 9 * opposite < 10 * finds; }
+};
+
+/// From up to four windows of 512 x 512 pixels. `elevation_rad` 0: not known, and the one of 15 to 55 degrees
+/// with which most is found. Time: some seconds.
+SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevation_rad);
+
 }  // namespace cairn::ground

@@ -80,6 +80,29 @@ void test_no_boulders_no_opinion(void**) {
   assert_false(check_at(0.0).looks_reversed());
 }
 
+// The direction comes out of the image, and how sure it is. On bare ground it is not.
+void test_sun_by_the_image(void**) {
+  const auto guess_of = [](double elevation_rad) {
+    return guess_sun(*test::view_of(raster)->reader(), test::view_of(raster)->facts(), elevation_rad);
+  };
+  for (const double azimuth_deg : {20.0, 135.0, 250.0}) {
+    draw(40, azimuth_deg);
+    const SunGuess guess = guess_of(0.7);
+    print_message("%g: %.1f degrees, %d finds, %d the other way\n", azimuth_deg,
+                  guess.sun.azimuth_rad * kDegPerRad, guess.finds, guess.opposite);
+    assert_near(wrap_angle(guess.sun.azimuth_rad - azimuth_deg * kRadPerDeg), 0.0, 20.0 * kRadPerDeg);
+    assert_near(guess.sun.elevation_rad, 0.7, 0.0);
+    assert_true(guess.is_sure());
+  }
+  draw(0, 0.0);
+  assert_false(guess_of(0.0).is_sure());
+  assert_true((SunGuess{{}, 60, 20, 0, 0}.is_sure()));
+  assert_false((SunGuess{{}, 60, 50, 60, 0}.is_sure()));
+  assert_true((SunGuess{{}, 60, 58, 50, 10}.is_sure()));
+  assert_false((SunGuess{{}, 60, 58, 20, 18}.is_sure()));
+  assert_false((SunGuess{{}, 12, 0, 12, 0}.is_sure()));
+}
+
 }  // namespace
 
 int main() {
@@ -87,6 +110,7 @@ int main() {
       cmocka_unit_test(test_both_ways),
       cmocka_unit_test(test_rocks_darker_than_the_ground),
       cmocka_unit_test(test_no_boulders_no_opinion),
+      cmocka_unit_test(test_sun_by_the_image),
   };
   return cmocka_run_group_tests_name("ground_tools/detect/sun_check", tests, nullptr, nullptr);
 }
