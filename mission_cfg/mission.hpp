@@ -50,6 +50,10 @@ struct Mission {
   double boulder_cut_m = 0.05;         ///< points of one boulder lie closer together than this
   double boulder_max_range_m = 3.0;    ///< farther points are too uncertain and too flat to judge
 
+  // What ground tools that plan drives take for one; flight code takes whatever comes.
+  double usual_step_m = 0.06;                   ///< between frames
+  double usual_turn_rad = 0.03490658503988659;  ///< 2 degrees, turning in place
+
   double boulder_min_diameter_m = 0.08;  ///< smaller ones are not in the local map
   int local_map_frames = 60;             ///< sliding window: two intervals between fixes
 

@@ -34,8 +34,8 @@ struct ForecastOptions {
   fs::path plot;
   bool json = false;
   std::string mission = cfg::kMission.name;
-  double step_m = 0.06;
-  double turn_step_deg = 2.0;
+  double step_m = cfg::kMission.usual_step_m;
+  double turn_step_deg = cfg::kMission.usual_turn_rad * kDegPerRad;
   double start_yaw_deg = 0.01 * kDegPerRad;
   double drift_yaw_deg_per_m = cfg::kMission.drift_yaw_rad_per_m * kDegPerRad;
   ForecastModel model;  ///< what is not of the map's detector: start, drift, borders

@@ -24,6 +24,7 @@ inline constexpr Mission kMission = [] {
   m.search_radius_px = 60;
   m.first_search_radius_px = 150;
   m.max_step_m = 4.0;
+  m.usual_step_m = 1.2;
   m.unseen_step_m = 0.6;
   m.unseen_step_rad = 0.05;
   m.root_max_bytes = 64 * 1024 * 1024;

@@ -24,6 +24,7 @@ inline constexpr Mission kMission = [] {
   m.search_radius_px = 120;
   m.first_search_radius_px = 320;
   m.max_step_m = 1.5;
+  m.usual_step_m = 0.3;
   m.unseen_step_m = 0.3;
   m.unseen_step_rad = 0.15;
   m.root_max_bytes = 64 * 1024 * 1024;
