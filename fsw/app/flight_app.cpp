@@ -291,6 +291,8 @@ void FlightApp::report_fix() {
   r.second_log_ratio = static_cast<float>(fix.second_log_ratio);
   r.chance_log = static_cast<float>(fix.chance_log);
   r.hypotheses = fix.hypotheses;
+  r.windows = fix.windows;
+  r.windows_log_ratio = static_cast<float>(fix.windows_log_ratio);
   send(r);
   for (const LocalBoulder& b : localizer_.local_map()) {
     const Vec2 p_map_m = localizer_.T_map_site() * b.p_site_m;

@@ -62,6 +62,8 @@ void walk(Walker& w, Report& r, const FixReport*) {
   w.field(r.second_log_ratio);
   w.field(r.chance_log);
   w.field(r.hypotheses);
+  w.field(r.windows);
+  w.field(r.windows_log_ratio);
 }
 
 template <typename Walker, typename Report>

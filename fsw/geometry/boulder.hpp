@@ -28,6 +28,7 @@ struct LocalBoulder {
   float sigma_m = 0.0F;         ///< error of its place in the local map, on an axis; 0 = as of all
   std::uint32_t id = 0;         ///< unique over the drive
   std::uint16_t sightings = 0;  ///< frames in which it was seen
+  bool counted = false;         ///< as evidence, in a window before (localizer/carried_hypothesis.hpp)
 };
 /// The ground boulders of the last frames.
 using LocalMap = FixedVector<LocalBoulder, cfg::kMaxLocalBoulders>;

@@ -41,7 +41,10 @@ FixStatus fix_status(MapFixStatus status) {
   return FixStatus::kBadInput;
 }
 
-constexpr double kRefuted = 6.9;  // nats against the pose: odds of 1000 to 1
+constexpr double kRefuted = 6.9;   // nats against the pose: odds of 1000 to 1
+constexpr double kWorthIt = 1.0;   // nats for a pose that is carried along
+constexpr std::size_t kFresh = 4;  // boulders that make a window
+constexpr double kProved = 13.0;   // odds, as their logarithm: the most that a verdict takes
 
 /// What a fix says of the pose. Evidence that was not to be expected tells nothing by its absence.
 TrustEvent trust_event(FixStatus status, bool proof_expected) {
@@ -87,6 +90,7 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   stage_ = FrameStage::kNoStart;
   pose_source_ = PoseSource::kNone;
   fix_ = {};
+  carried_.reset();
   observer_.init(params.boulders, rig);
   tracks_.init(params.tracks);
   return vo_.init(params.vo, rig) ? LocalizerStatus::kReady : LocalizerStatus::kBadRig;
@@ -120,6 +124,7 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   fix_ = {};
   applied_frame_ = 0;
   local_map_.clear();
+  carried_.reset();
   observer_.init(params_.boulders, rig_);
   tracks_.init(params_.tracks);
   const bool valid = vo_.init(params_.vo, rig_);
@@ -277,7 +282,9 @@ void Localizer::guessed() {
 /// Boulders seen before a step that may be far off do not lie where those seen after it will: a fix of both
 /// would be right about one half, and about the rover wrong.
 void Localizer::tear_local_map() {
-  if (fusion_.unsound_xy_m() > params_.map_fix.search.evidence.sigma_pair_m) tracks_.forget_all();
+  if (!(fusion_.unsound_xy_m() > params_.map_fix.search.evidence.sigma_pair_m)) return;
+  tracks_.forget_all();
+  carried_.reset();
 }
 
 void Localizer::mark_reference() {
@@ -307,6 +314,7 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
 
 void Localizer::set_map(const OrbitalMap& map) {
   if (fix_.status == FixStatus::kRunning) finish_fix(FixStatus::kLate);
+  carried_.reset();
   map_ = map;
 }
 
@@ -322,7 +330,9 @@ void Localizer::begin_fix() {
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
   fix_.local_boulders = static_cast<std::uint16_t>(local_map_.size());
-  fix_pivot_map_m_ = T_map_site_ * planar(at_reference_.corrected).translation();
+  fix_pivot_site_m_ = planar(at_reference_.corrected).translation();
+  fix_pivot_map_m_ = T_map_site_ * fix_pivot_site_m_;
+  carried_.carry(fusion_, T_map_site_.yaw_rad, params_.map_fix.wide_xy_m, params_.map_fix.wide_yaw_rad);
   fusion_.snapshot();
   trust_.snapshot();
   if (params_.correction == CorrectionMode::kWeighted) {
@@ -341,22 +351,77 @@ void Localizer::begin_registration() {
     finish_fix(FixStatus::kNoMap);
     return;
   }
-  const Vec2 pivot_site_m = planar(at_reference_.corrected).translation();
-  const IcpStatus status = icp_.start(params_.icp, map_window_, local_map_, T_map_site_, pivot_site_m);
+  const IcpStatus status = icp_.start(params_.icp, map_window_, local_map_, T_map_site_, fix_pivot_site_m_);
   if (status != IcpStatus::kRunning) finish_fix(fix_status(status));
 }
 
 void Localizer::begin_map_fix() {
-  const Vec2 pivot_site_m = planar(at_reference_.corrected).translation();
   fix_.lost = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
-  MapFixParams params = params_.map_fix;
-  params.search.verdict.prior_log_odds =
-      confirmed_by_fix_ && trust_.state() == Trust::kConfirmed ? params_.track_log_odds : 0.0;
-  const MapFixStatus status =
-      fix_.lost ? map_fix_.start_lost(params, map_, local_map_, T_map_site_, pivot_site_m, SearchRegion())
-                : map_fix_.start_tracked(params, map_, local_map_, T_map_site_, pivot_site_m,
-                                         fusion_.covariance_at_reference());
+  fix_odds_ = confirmed_by_fix_ && trust_.state() == Trust::kConfirmed ? params_.track_log_odds : 0.0;
+  const bool fresh = carried_.mark(local_map_, fix_pivot_site_m_) >= kFresh;
+  const FixStage first = fresh && carried_.alive() ? FixStage::kConfirm : FixStage::kSearch;
+  const MapFixStatus status = start_stage(first, local_map_);
   if (status != MapFixStatus::kRunning) finish_fix(fix_status(status));
+}
+
+MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
+  fix_stage_ = stage;
+  MapFixParams params = params_.map_fix;
+  VerdictParams& verdict = params.search.verdict;
+  verdict.prior_log_odds = stage == FixStage::kTake ? kProved : fix_odds_;
+  params.search.fresh_only = stage == FixStage::kConfirm;
+  if (stage != FixStage::kSearch)
+    return map_fix_.start_tracked(params, map_, local, carried_.T_map_site(), fix_pivot_site_m_,
+                                  carried_.covariance());
+  if (fix_.lost)
+    return map_fix_.start_lost(params, map_, local, T_map_site_, fix_pivot_site_m_, SearchRegion());
+  return map_fix_.start_tracked(params, map_, local, T_map_site_, fix_pivot_site_m_,
+                                fusion_.covariance_at_snapshot());
+}
+
+/// Once a stage is done; false after the last one.
+bool Localizer::next_stage() {
+  if (fix_stage_ != FixStage::kConfirm) return false;
+  const MapFixResult& window = map_fix_.result();
+  fix_.hypotheses += window.hypotheses;
+  if (window.verdict.status != VerdictStatus::kNone)
+    carried_.add(window.verdict, window.T_map_site, window.posterior, map_fix_.local());
+  VerdictParams params = params_.map_fix.search.verdict;
+  params.prior_log_odds = fix_odds_;
+  const bool proved = carried_.alive() && carried_.sum().verdict(params) == VerdictStatus::kAccepted;
+  (void)start_stage(proved ? FixStage::kTake : FixStage::kSearch, map_fix_.local());
+  return true;
+}
+
+/// Of the pose that the stage looks about, from the one before the fix.
+Vec3 Localizer::start_of_stage() const {
+  if (fix_stage_ == FixStage::kSearch) return Vec3(0.0, 0.0, 0.0);
+  const Pose2& about = carried_.T_map_site();
+  const Vec2 moved = about * fix_pivot_site_m_ - fix_pivot_map_m_;
+  return {moved.x(), moved.y(), wrap_angle(about.yaw_rad - T_map_site_.yaw_rad)};
+}
+
+/// What is declined for want of evidence is carried along, the better one of two. A fix ends it.
+void Localizer::carry_on(FixStatus status) {
+  const MapFixResult& result = map_fix_.result();
+  const bool poor = status == FixStatus::kTooLittleEvidence || status == FixStatus::kChanceAgreement;
+  const double to_beat = carried_.alive() ? carried_.sum().log_ratio() : kWorthIt;
+  const bool searched = fix_stage_ == FixStage::kSearch;
+  if (searched && status == FixStatus::kApplied) carried_.reset();
+  if (searched && poor && result.verdict.log_ratio > to_beat)
+    carried_.begin(result.verdict, result.T_map_site, result.posterior, map_fix_.local());
+  const EvidenceSum& sum = carried_.sum();
+  fix_.windows = static_cast<std::uint8_t>(sum.windows() < UINT8_MAX ? sum.windows() : UINT8_MAX);
+  fix_.windows_log_ratio = sum.log_ratio();
+  if (status != FixStatus::kApplied) return;
+  if (searched) {
+    fix_.windows = 1;
+    fix_.windows_log_ratio = fix_.log_ratio;
+  } else {
+    fix_.log_ratio = sum.log_ratio();
+    fix_.chance_log = sum.chance_log();
+  }
+  carried_.reset();
 }
 
 /// In the next major frame: the result is of its snapshot, whenever it comes.
@@ -367,7 +432,11 @@ bool Localizer::goes_on() const {
 
 Progress Localizer::step_fix(WorkBudget& budget) {
   if (fix_.status != FixStatus::kRunning) return Progress::kDone;
-  return params_.correction == CorrectionMode::kWeighted ? map_fix_.step(budget) : icp_.step(budget);
+  if (params_.correction == CorrectionMode::kWhole) return icp_.step(budget);
+  do {
+    if (map_fix_.step(budget) == Progress::kMore) return Progress::kMore;
+  } while (next_stage());
+  return Progress::kDone;
 }
 
 void Localizer::apply_fix() {
@@ -409,9 +478,9 @@ FixStatus Localizer::take_map_fix() {
   fix_.log_ratio = result.verdict.log_ratio;
   fix_.second_log_ratio = result.verdict.second_log_ratio;
   fix_.chance_log = result.verdict.chance_log;
-  fix_.hypotheses = result.hypotheses;
+  fix_.hypotheses += result.hypotheses;
   if (status == FixStatus::kApplied) {
-    const FixOffset offset{result.offset, result.covariance};
+    const FixOffset offset{result.offset + start_of_stage(), result.covariance};
     const FusionResult r = fix_.lost ? fusion_.relocate(offset) : fusion_.update(offset, fresh_share());
     fix_.chi2 = r.chi2;
     if (r.status == FusionStatus::kFused) {
@@ -422,6 +491,7 @@ FixStatus Localizer::take_map_fix() {
       status = r.status == FusionStatus::kInconsistent ? FixStatus::kInconsistent : FixStatus::kBadInput;
     }
   }
+  carry_on(status);
   TrustEvent event = trust_event(status, result.proof_expected);
   weigh_against(status);
   if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;

@@ -28,6 +28,10 @@
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
 /// to 1, it is looked for in the whole map.
 ///
+/// Poor windows. What is declined for want of evidence leaves a hypothesis behind (carried_hypothesis.hpp).
+/// The next fix begins with it: fresh boulders are looked at under it, and where all windows together are a
+/// proof, the fix is that of this local map about the pose that they proved. Else the search goes on as ever.
+///
 /// A search takes as many frames as it takes, while the rover drives on; the record stays kRunning until
 /// then, and the correction is of the frame that the search began with. Only the paper's ICP can be late.
 #pragma once
@@ -39,6 +43,7 @@
 #include "core/nodiscard.hpp"
 #include "localizer/boulder_observer.hpp"
 #include "localizer/boulder_tracks.hpp"
+#include "localizer/carried_hypothesis.hpp"
 #include "localizer/map_fix.hpp"
 #include "localizer/pose_fusion.hpp"
 #include "localizer/trust.hpp"
@@ -148,6 +153,10 @@ struct FixRecord {
   double second_log_ratio = 0.0;  ///< of the second best pose; -1000: none
   double chance_log = 0.0;        ///< what this map does by chance, nats
   std::uint32_t hypotheses = 0;   ///< poses looked at
+  /// Windows whose evidence was added up: for what is applied, else for the hypothesis that is carried on; 0:
+  /// there is none.
+  std::uint8_t windows = 0;
+  double windows_log_ratio = 0.0;  ///< of these together, as log_ratio
 };
 
 struct LocalizerHealth {
@@ -238,6 +247,16 @@ class Localizer {
   void begin_map_fix();       ///< ... with search and verdict
   FixStatus take_registration();
   FixStatus take_map_fix();
+  /// Of a fix with search and verdict, in this order.
+  enum class FixStage : std::uint8_t {
+    kConfirm,  ///< fresh boulders under the hypothesis that was carried along
+    kTake,     ///< all of them, about the pose that windows together proved
+    kSearch    ///< all of them, wherever the pose may be
+  };
+  MapFixStatus start_stage(FixStage stage, const LocalMap& local);
+  bool next_stage();
+  Vec3 start_of_stage() const;
+  void carry_on(FixStatus status);
   bool goes_on() const;
   void weigh_against(FixStatus status);
   void turn_about(const Vec2& pivot_map_m, const Pose2& correction);
@@ -278,6 +297,10 @@ class Localizer {
   MapBoulders map_window_;
   IcpJob icp_;
   MapFix map_fix_;
+  FixStage fix_stage_ = FixStage::kSearch;
+  Vec2 fix_pivot_site_m_ = Vec2(0.0, 0.0);  ///< the same in `site`
+  double fix_odds_ = 0.0;                   ///< of the track before, as their logarithm
+  CarriedHypothesis carried_;
   TrustState trust_;
   VoWatch watch_;
   WatchStatus watch_status_ = WatchStatus::kClear;

@@ -74,11 +74,12 @@ void MapFix::begin(const MapFixParams& params, const OrbitalMap& map, const Loca
                    const Pose2& T_map_site, const Vec2& pivot_site_m) {
   params_ = params;
   map_ = map;
-  local_ = local;
+  if (&local != &local_) local_ = local;
   T_map_site_ = T_map_site;
   pivot_site_m_ = pivot_site_m;
   pivot_map_m_ = T_map_site * pivot_site_m;
   result_ = {};
+  result_.T_map_site = T_map_site;
 }
 
 MapFixStatus MapFix::start_tracked(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
@@ -91,7 +92,7 @@ MapFixStatus MapFix::start_tracked(const MapFixParams& params, const OrbitalMap&
   if (local.size() < 2) return status_ = MapFixStatus::kNoLocalBoulders;
   const double sigma = std::sqrt(covariance(0, 0) > covariance(1, 1) ? covariance(0, 0) : covariance(1, 1));
   if (!(sigma <= params.wide_xy_m && covariance(2, 2) <= params.wide_yaw_rad * params.wide_yaw_rad))
-    return relocate(region_of_prior());
+    return look_widely();
   const Vec2 extent = map.extent_m();
   const double density =
       (map.count() + 1.0) / ((extent.x() + map.quantum_m()) * (extent.y() + map.quantum_m()));
@@ -115,6 +116,10 @@ MapFixStatus MapFix::relocate(const SearchRegion& region) {
   const RelocationParams params{params_.lost, params_.search.evidence, params_.search.verdict,
                                 params_.search.scale_sigma};
   return status_ = status_of(relocation_.start(params, map_, local_, pivot_site_m_, region));
+}
+
+MapFixStatus MapFix::look_widely() {
+  return params_.search.fresh_only ? status_ = MapFixStatus::kNoSearchRoom : relocate(region_of_prior());
 }
 
 /// All that the prior leaves room for, as a disc and a sector.
@@ -156,7 +161,7 @@ Progress MapFix::read_window(WorkBudget& budget) {
     const Progress progress = reader_.step(budget, chunk);
     for (const MapBoulder& b : chunk) {
       if (window_.push_back(b)) continue;
-      status_ = relocate(region_of_prior());  // more than there is room for here
+      status_ = look_widely();  // more than there is room for here
       return Progress::kDone;
     }
     if (progress == Progress::kDone) break;
@@ -211,6 +216,7 @@ void MapFix::take_search() {
     return;
   }
   const Hypothesis& pose = r.best.pose;
+  if (r.verdict.status != VerdictStatus::kNoHypothesis) result_.T_map_site = r.T_map_site;
   judged(r.verdict, Vec3(pose.x_m, pose.y_m, wrap_angle(pose.yaw_rad - T_map_site_.yaw_rad)), r.covariance,
          information);
   if (!again && status_ == MapFixStatus::kTooLittleEvidence && result_.hypotheses > 0 &&
@@ -235,6 +241,7 @@ void MapFix::take_relocation() {
   result_.scale = r.scale;
   result_.scale_sigma = r.scale_sigma;
   result_.hypotheses = r.hypotheses;
+  result_.T_map_site = r.T_map_site;
   const Vec2 moved = r.T_map_site * pivot_site_m_ - pivot_map_m_;
   judged(r.verdict, Vec3(moved.x(), moved.y(), wrap_angle(r.T_map_site.yaw_rad - T_map_site_.yaw_rad)),
          r.covariance, Mat3::Zero());
@@ -243,6 +250,7 @@ void MapFix::take_relocation() {
 void MapFix::judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,
                     const Mat3& prior_information) {
   result_.verdict = verdict;
+  result_.posterior = with_prior;
   status_ = status_of(verdict.status);
   if (status_ != MapFixStatus::kAccepted) return;
   Mat3 information;

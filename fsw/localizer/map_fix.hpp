@@ -8,7 +8,7 @@
 ///   radius = reach_sigmas sigma + farthest local boulder + ring / sqrt(density of the whole map)
 /// Where it does not fit, or the prior is wide (`wide_xy_m`, `wide_yaw_rad`), the pose is looked for as when
 /// lost, in the disc and the sector that the prior leaves room for: pairs of boulders, rarest first, cost a
-/// hundredth of going through all poses there.
+/// hundredth of going through all poses there. With search.fresh_only it is not: kNoSearchRoom.
 ///
 /// Scale. Where the evidence is too little, the pose is looked for once more with the map's scale left free
 /// within search.scale_sigma. What is accepted then has paid for it; else the result is the first one.
@@ -60,6 +60,8 @@ struct MapFixParams {
 
 struct MapFixResult {
   Verdict verdict;
+  Pose2 T_map_site;               ///< the best pose, with the prior, believed or not; the start's without one
+  Mat3 posterior = Mat3::Zero();  ///< its covariance, of the pivot's x, y and of yaw in map
   Vec3 offset = Vec3(0.0, 0.0, 0.0);  ///< x, y, yaw of the pivot in map: what the map says, less the start
   Mat3 covariance = Mat3::Zero();     ///< of it, without the prior
   double scale = 1.0;                 ///< lengths of the map over those of the local map
@@ -85,6 +87,7 @@ class MapFix {
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
   MapFixStatus status() const { return status_; }
   const MapFixResult& result() const { return result_; }
+  const LocalMap& local() const { return local_; }  ///< that of the last start
   /// The fix that runs or ran last looks for the pose without the prior's help.
   bool lost() const { return phase_ == Phase::kRelocate; }
 
@@ -94,6 +97,7 @@ class MapFix {
   void begin(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
              const Pose2& T_map_site, const Vec2& pivot_site_m);
   MapFixStatus relocate(const SearchRegion& region);
+  MapFixStatus look_widely();
   SearchRegion region_of_prior() const;
   Progress read_window(WorkBudget& budget);
   void begin_search(double scale_sigma);

@@ -21,7 +21,7 @@ ErrorCovariance symmetric(const ErrorCovariance& m) {
 }
 
 /// F m F'
-ErrorCovariance carried(const ErrorCovariance& m, const ErrorCovariance& F) {
+ErrorCovariance transformed(const ErrorCovariance& m, const ErrorCovariance& F) {
   const ErrorCovariance Fm = F.lazyProduct(m);
   return symmetric(Fm.lazyProduct(F.transpose()));
 }
@@ -127,7 +127,7 @@ ErrorGrowth growth(const FusionParams& params, const PlanarStep& step) {
 }
 
 ErrorCovariance grown(const ErrorCovariance& P, const ErrorGrowth& growth) {
-  return carried(P, growth.F) + symmetric(growth.Q);
+  return transformed(P, growth.F) + symmetric(growth.Q);
 }
 
 ErrorUpdate updated(const ErrorCovariance& P, const Vec3& offset, const Mat3& covariance) {
@@ -224,7 +224,15 @@ Mat3 PoseFusion::covariance() const {
   return with_a_heading(out);
 }
 
-Mat3 PoseFusion::covariance_at_reference() const { return with_a_heading(P_.topLeftCorner<3, 3>()); }
+Mat3 PoseFusion::covariance_at_snapshot() const { return with_a_heading(snapshot_P_.topLeftCorner<3, 3>()); }
+
+Mat3 PoseFusion::carried(const Mat3& covariance) const {
+  ErrorCovariance P = snapshot_P_;
+  P.topRows<3>().setZero();
+  P.leftCols<3>().setZero();
+  P.topLeftCorner<3, 3>() = covariance;
+  return grown(P, since_snapshot_).topLeftCorner<3, 3>();
+}
 
 double PoseFusion::sigma_xy_m() const {
   const Mat3 now = covariance();

@@ -145,8 +145,10 @@ class PoseFusion {
   double sigma_yaw_rad() const;
   /// Of the rover's x, y and yaw in `map`, with what is hidden ...
   Mat3 covariance() const;
-  /// ... and where VO's reference was taken, of which the next fix speaks.
-  Mat3 covariance_at_reference() const;
+  /// ... and of the snapshot's pose, which the next fix speaks of.
+  Mat3 covariance_at_snapshot() const;
+  /// That of a pose which was known with `covariance` at the snapshot, by the steps since.
+  Mat3 carried(const Mat3& covariance) const;
   double scale() const { return rates_.scale; }                    ///< k
   double turn_rad_per_m() const { return rates_.turn_rad_per_m; }  ///< w
 

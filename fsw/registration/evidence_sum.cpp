@@ -11,11 +11,12 @@ constexpr double kMostChance = 50.0;  // of one window: no decoy scored at all
 }  // namespace
 
 void EvidenceSum::add(const Verdict& window) {
+  const bool first = windows_ == 0;
   ++windows_;
   log_ratio_ += window.log_ratio;
-  chance_ += window.chance_log < 0.0           ? 0.0
-             : window.chance_log > kMostChance ? kMostChance
-                                               : window.chance_log;
+  const bool regular = !first && window.beyond_decoys < window.chance_log;
+  const double chance = regular ? window.beyond_decoys : window.chance_log;
+  chance_ += chance < 0.0 ? 0.0 : chance > kMostChance ? kMostChance : chance;
   last_ = window.status;
 }
 

@@ -16,7 +16,9 @@
 ///
 /// What chance does on this map is measured in each window (Verdict::chance_log, minus the logarithm of a
 /// tail probability at best). Such logarithms do not simply add up: of n of them with sum T, Fisher's rule
-/// gives the probability e^-T sum over k < n of T^k / k!.
+/// gives the probability e^-T sum over k < n of T^k / k!. Windows on regular ground are not independent: what
+/// fits a lattice's phase once fits it again. So from the second on the small volume of the prior, which the
+/// first window left, counts for nothing: Verdict::beyond_decoys is taken where that is less.
 ///
 /// The last window must not be ambiguous, nor inconsistent with what the hypothesis predicts.
 #pragma once

@@ -74,7 +74,9 @@ SearchStatus PoseSearchJob::start(const PoseSearchParams& params, const MapBould
 }
 
 void PoseSearchJob::sight_next() {
-  if (sight(params_.evidence, ground_, local_, sighted_, pivot_site_m_, sightings_) == Sighted::kBad) {
+  const bool left_out = params_.fresh_only && local_[sighted_].counted;
+  if (!left_out &&
+      sight(params_.evidence, ground_, local_, sighted_, pivot_site_m_, sightings_) == Sighted::kBad) {
     status_ = SearchStatus::kBadInput;
     return;
   }

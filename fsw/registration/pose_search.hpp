@@ -48,6 +48,7 @@ struct PoseSearchParams {
   double ring = 3.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
   double least_ring = 1.5;    ///< [0, 10]
   double scale_sigma = 0.03;  ///< of the map's scale about 1, [0, 0.2]; 0: not looked at
+  bool fresh_only = false;    ///< local boulders that counted before are left out
 };
 inline constexpr double kScaleMargin = 3.0;  ///< nats
 

@@ -398,7 +398,10 @@ Verdict judge(const VerdictParams& params, const Evidence& best, double second_l
   const double inside = prior.log_volume > best.log_volume ? prior.log_volume : best.log_volume;
   double share = inside - decoys.log_volume;
   if (share > 0.0) share = 0.0;
-  if (false_ones > 0.0) v.chance_log = -(share + ln(false_ones));
+  if (false_ones > 0.0) {
+    v.beyond_decoys = -ln(false_ones);
+    v.chance_log = v.beyond_decoys - share;
+  }
   const double needed = params.ln_threshold - params.prior_log_odds;
   const double have = v.log_ratio + params.calibration;
   if (best.innovation2 > params.innovation2_limit && have + 0.5 * best.chi2 >= needed) {

@@ -228,6 +228,7 @@ struct Verdict {
   double log_ratio = 0.0;
   double second_log_ratio = -1.0e3;  ///< of the second best distinct pose; -1000: none
   double chance_log = 1.0e3;         ///< -ln F; 1000: no decoy scores at all
+  double beyond_decoys = 1.0e3;  ///< the same without the volumes: how far it is before all decoys together
   double theta = 1.0;
 };
 

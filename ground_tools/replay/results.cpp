@@ -39,19 +39,19 @@ std::string fixes_csv(const Replay& replay) {
   std::string text =
       "frame,status,dx_m,dy_m,dyaw_deg,pairs,rms_m,trimmed,gated,local_boulders,map_boulders,map_window_full,"
       "iterations,scale,sigma_xy_m,sigma_yaw_deg,sigma_x_m,sigma_y_m,correlation_xy,snapshot,lost,chi2,log_ratio,"
-      "second_log_ratio,chance_log,hypotheses\n";
+      "second_log_ratio,chance_log,hypotheses,windows,windows_log_ratio\n";
   for (std::size_t i = 0; i < replay.fixes.size(); ++i) {
     const app::FixReport& f = replay.fixes[i];
     const Mat2& P = replay.fix_covariance_m2.at(i);
     const double sigma_x = std::sqrt(P(0, 0));
     const double sigma_y = std::sqrt(P(1, 1));
     text += fmt::format(
-        "{},{},{:.5f},{:.5f},{:.5f},{},{:.5f},{},{},{},{},{},{},{:.6f},{:.5f},{:.5f},{:.5f},{:.5f},{:.4f},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{}\n",
+        "{},{},{:.5f},{:.5f},{:.5f},{},{:.5f},{},{},{},{},{},{},{:.6f},{:.5f},{:.5f},{:.5f},{:.5f},{:.4f},{},{},{:.3f},{:.3f},{:.3f},{:.3f},{},{},{:.3f}\n",
         f.number, fix_status_name(f.status), f.dx_m, f.dy_m, f.dyaw_rad * kDegPerRad, f.pairs, f.rms_m,
         f.trimmed, f.gated, f.local_boulders, f.map_boulders, f.map_window_full, f.iterations, f.scale,
         f.sigma_xy_m, f.sigma_yaw_rad * static_cast<float>(kDegPerRad), sigma_x, sigma_y,
         P(0, 1) / (sigma_x * sigma_y), f.snapshot, f.lost, f.chi2, f.log_ratio, f.second_log_ratio,
-        f.chance_log, f.hypotheses);
+        f.chance_log, f.hypotheses, f.windows, f.windows_log_ratio);
   }
   return text;
 }

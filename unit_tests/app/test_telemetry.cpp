@@ -96,6 +96,8 @@ FixReport fix_report() {
   r.second_log_ratio = -7.1F;
   r.chance_log = 1000.0F;
   r.hypotheses = 0x51525354U;
+  r.windows = 0x61;
+  r.windows_log_ratio = 17.5F;
   return r;
 }
 
@@ -111,6 +113,8 @@ PacketBytes fix_bytes() {
   b.u8(0x45);
   for (const float v : {1.25F, 41.5F, -7.1F, 1000.0F}) b.f32(v);
   b.u32(0x51525354U);
+  b.u8(0x61);
+  b.f32(17.5F);
   b.finish();
   return b;
 }
@@ -221,7 +225,7 @@ void check_round_trip(const Report& report, const PacketBytes& expected, int exp
 
 void test_every_byte_is_as_the_icd_says(void**) {
   check_round_trip(frame_report(), frame_bytes(), 1, 194);
-  check_round_trip(fix_report(), fix_bytes(), 2, 99);
+  check_round_trip(fix_report(), fix_bytes(), 2, 104);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
   check_round_trip(health_report(), health_bytes(), 5, 277);
@@ -296,7 +300,7 @@ void test_other_versions_and_types(void**) {
     damaged.seal(damaged.size());
     assert_status(status_of<AckReport>(damaged, damaged.size()), PacketStatus::kBadVersion);
   }
-  assert_status(status_of<FrameReport>(fix_bytes(), 99), PacketStatus::kOtherType);
+  assert_status(status_of<FrameReport>(fix_bytes(), 104), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
   assert_status(status_of<AckReport>(health_bytes(), 277), PacketStatus::kOtherType);

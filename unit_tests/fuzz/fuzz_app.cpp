@@ -131,7 +131,7 @@ void check(const app::FixReport& r) {
   below(r.map_window_full, 2);
   below(r.lost, 2);
   finite(r.dx_m, r.dy_m, r.dyaw_rad, r.scale, r.rms_m, r.sigma_xy_m, r.sigma_yaw_rad, r.chi2, r.log_ratio,
-         r.second_log_ratio, r.chance_log);
+         r.second_log_ratio, r.chance_log, r.windows_log_ratio);
 }
 void check(const app::BoulderReport& r) { finite(r.x_m, r.y_m, r.z_m, r.diameter_m, r.spread_m); }
 void check(const app::AckReport& r) {

@@ -803,7 +803,7 @@ void test_fixes_about_hidden_frames(void**) {
   PoseFusion fusion;
   fusion.init(p, 0.10, 0.01);
   fusion.hold(4);
-  assert_near(fusion.covariance_at_reference()(0, 0), 0.01, 1e-12);
+  assert_near(fusion.covariance_at_snapshot()(0, 0), 0.01, 1e-12);
   assert_status(fuse(fusion, Vec3(1.0, 0.0, 0.0), diagonal(0.01, 0.01)).status, FusionStatus::kInconsistent);
   assert_status(fuse(fusion, Vec3(0.1, 0.0, 0.0), diagonal(0.01, 0.01)).status, FusionStatus::kFused);
   assert_at_least(fusion.sigma_xy_m(), 4.0 * p.unseen_step_m);

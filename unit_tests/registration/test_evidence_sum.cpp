@@ -80,6 +80,17 @@ void test_last_window_has_a_say(void**) {
   assert_status(sum.verdict(params), VerdictStatus::kChanceAgreement);
 }
 
+/// A lattice that was met in its phase is so again: a prior that is narrow by then proves nothing against it.
+void test_regular_ground_does_not_add_up(void**) {
+  const VerdictParams params;
+  EvidenceSum sum;
+  Verdict narrow = window(VerdictStatus::kTooLittleEvidence, 8.0, 9.0);
+  narrow.beyond_decoys = 0.5;
+  sum.add(narrow);
+  for (int n = 0; n < 5; ++n) sum.add(narrow);
+  assert_status(sum.verdict(params), VerdictStatus::kChanceAgreement);
+}
+
 }  // namespace
 
 int main() {
@@ -88,6 +99,7 @@ int main() {
       cmocka_unit_test(test_misses_count),
       cmocka_unit_test(test_chance_of_many_windows),
       cmocka_unit_test(test_last_window_has_a_say),
+      cmocka_unit_test(test_regular_ground_does_not_add_up),
   };
   return cmocka_run_group_tests_name("registration/evidence_sum", tests, nullptr, nullptr);
 }
