@@ -1,5 +1,8 @@
 #include "base/waypoints.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/number_table.hpp"
 #include "base/tool_error.hpp"
 
@@ -24,13 +27,17 @@ std::vector<Vec2> read_waypoints(const std::filesystem::path& path) {
 }
 
 void check_waypoints(const std::vector<Vec2>& p_map_m, const MapExtent& extent, const std::string& map_name) {
+  const bool in_degrees = std::all_of(p_map_m.begin(), p_map_m.end(), [](const Vec2& p) {
+    return std::fabs(p.x()) <= 360.0 && std::fabs(p.y()) <= 90.0;
+  });
   for (std::size_t i = 0; i < p_map_m.size(); ++i) {
     const Vec2& p = p_map_m[i];
     if (extent.contains(p)) continue;
     throw ToolError(
         "way-point {} at ({:.3f}, {:.3f}) lies outside {}, which reaches from ({:.3f}, {:.3f}) to ({:.3f}, "
-        "{:.3f}); move it, or give a map of this drive",
-        i + 1, p.x(), p.y(), map_name, extent.min_x_m, extent.min_y_m, extent.max_x_m, extent.max_y_m);
+        "{:.3f}){}; move it, or give a map of this drive",
+        i + 1, p.x(), p.y(), map_name, extent.min_x_m, extent.min_y_m, extent.max_x_m, extent.max_y_m,
+        in_degrees ? " (are these degrees? They are taken as metres)" : "");
   }
 }
 

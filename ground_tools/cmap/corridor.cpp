@@ -52,7 +52,9 @@ PlannedPath path_of(const std::vector<Vec2>& p_map_m) {
 }
 
 double reach_m(const CorridorParams& params, double s_m) {
-  const double since_fix_m = params.fix_every_m > 0.0 ? std::fmod(s_m, params.fix_every_m) : s_m;
+  double since_fix_m = params.fix_every_m > 0.0 ? std::fmod(s_m, params.fix_every_m) : s_m;
+  const auto next = std::upper_bound(params.fixes_s_m.begin(), params.fixes_s_m.end(), s_m);
+  if (next != params.fixes_s_m.begin()) since_fix_m = s_m - *(next - 1);
   return params.half_width_m + params.drift * since_fix_m;
 }
 

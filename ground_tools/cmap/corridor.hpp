@@ -1,6 +1,7 @@
 /// The corridor of a planned path: all ground within reach of it. Reach grows along the path with the drift
 /// that has gathered since the last fix that is expected:
 ///   reach(s) = half_width + drift * (s - s of the last expected fix)
+/// Fixes are expected evenly, or where a list has them.
 /// half_width is what the rig sees to its side, and what registration may correct.
 #pragma once
 
@@ -16,6 +17,7 @@ struct CorridorParams {
   double half_width_m = cfg::kMission.boulder_max_range_m + cfg::kMission.icp_max_correction_m;
   double drift = cfg::kMission.drift_scale;  ///< share of the way
   double fix_every_m = 0.0;                  ///< way between fixes that are expected; 0: none is
+  std::vector<double> fixes_s_m;             ///< way to each that is expected, ascending; in place of that
 };
 
 /// Way-points in frame `map`, at least two, in order.

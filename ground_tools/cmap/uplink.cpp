@@ -110,6 +110,8 @@ std::vector<RankedTile> rank(const Job& job, double length_m) {
   return all;
 }
 
+std::size_t boulders_of(const Bytes& map) { return decode_cmap(map, "cut").boulders.size(); }
+
 /// The upload of the best `count` tiles: whole or as a delta, what is smaller.
 void make_cut(const Job& job, std::size_t count, Cut& cut) {
   std::vector<bool> keeps(std::size_t{job.layout.columns()} * job.layout.rows());
@@ -119,7 +121,7 @@ void make_cut(const Job& job, std::size_t count, Cut& cut) {
   }
   cut.map = job.encode(job.map.layout.tables, keeps);
   cut.whole_bytes = cut.map.size();
-  cut.is_delta = false;
+  cut.is_delta = cut.unchanged = false;
   if (job.base) {
     Bytes like_base = job.encode(layout_of(job.base->bytes, job.base->name).tables, keeps);
     MapDelta delta = encode_delta(job.base->bytes, like_base, job.shift);
@@ -128,6 +130,7 @@ void make_cut(const Job& job, std::size_t count, Cut& cut) {
       cut.is_delta = true;
       cut.tiles_of_base = delta.tiles_kept;
       cut.map = std::move(like_base);
+      cut.unchanged = delta.pieces.empty() && boulders_of(cut.map) == boulders_of(job.base->bytes);
       cut.upload = make_upload(UploadKind::kDelta, std::move(delta.bytes), std::move(delta.pieces),
                                job.params.chunk_bytes);
       return;
@@ -235,7 +238,7 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
   } else {
     make_cut(job, cut.tiles.size(), cut);
   }
-  cut.boulders = decode_cmap(cut.map, "cut").boulders.size();
+  cut.boulders = boulders_of(cut.map);
   return cut;
 }
 
@@ -247,11 +250,10 @@ std::string to_json(const Cut& cut, const UplinkParams& params) {
   };
   ordered_json j;
   j["path_m"] = cut.length_m;
-  j["corridor"] = {{"half_width_m", params.half_width_m},
-                   {"half_width_at_end_m", reach_m(params, cut.length_m)},
-                   {"drift_percent", 100.0 * params.drift},
-                   {"fix_every_m", params.fix_every_m},
-                   {"box", box(cut.box)}};
+  j["corridor"] = {
+      {"half_width_m", params.half_width_m},   {"half_width_at_end_m", reach_m(params, cut.length_m)},
+      {"drift_percent", 100.0 * params.drift}, {"fix_every_m", params.fix_every_m},
+      {"fixes_s_m", params.fixes_s_m},         {"box", box(cut.box)}};
   j["boulders"] = {{"map", cut.map_boulders}, {"corridor", cut.corridor_boulders}, {"sent", cut.boulders}};
   std::size_t kept = 0;
   for (const RankedTile& tile : cut.tiles) kept += tile.kept ? 1U : 0U;
@@ -266,6 +268,7 @@ std::string to_json(const Cut& cut, const UplinkParams& params) {
   j["bytes"]["upload"] = cut.upload.bytes.size();
   j["bytes"]["link"] = link_bytes(cut.upload.plan);
   j["upload"] = {{"kind", cut.is_delta ? "delta" : "map"},
+                 {"unchanged", cut.unchanged},
                  {"id", fmt::format("{:08x}", cut.upload.plan.id)},
                  {"chunk_bytes", cut.upload.plan.chunk_bytes},
                  {"chunks", chunks_of(cut.upload.plan)}};

@@ -50,6 +50,7 @@ struct Cut {
   std::vector<std::uint8_t> map;  ///< that will be in use
   Upload upload;                  ///< of it: whole, or a delta
   bool is_delta = false;
+  bool unchanged = false;       ///< a delta without a tile of its own that leaves none out: nothing to send
   std::size_t whole_bytes = 0;  ///< of the map sent whole
   std::size_t delta_bytes = 0;  ///< of a delta to the base; 0 without base
   std::size_t tiles_of_base = 0;

@@ -50,6 +50,17 @@ void warn_of_scale(const std::filesystem::path& path, const CmapContent& map) {
     fmt::print(stderr, "cairn: warning: {}: {}; lengths here are the map's\n", path.string(), words);
 }
 
+void warn_of_way(const std::filesystem::path& path, const std::vector<Vec2>& p_map_m) {
+  double length_m = 0.0;
+  for (std::size_t i = 1; i < p_map_m.size(); ++i) length_m += (p_map_m[i] - p_map_m[i - 1]).norm();
+  if (length_m >= 1.0) return;
+  fmt::print(
+      stderr,
+      "cairn: warning: {}: a way of {:.3g} m; its coordinates are taken as metres of the map (are they "
+      "degrees?)\n",
+      path.string(), length_m);
+}
+
 std::string apart_words(const std::filesystem::path& a_path, const CmapContent& a,
                         const std::filesystem::path& b_path, const CmapContent& b) {
   const MapExtent& p = a.extent;

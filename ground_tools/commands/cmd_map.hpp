@@ -43,6 +43,10 @@ void need_same_system(const std::filesystem::path& a_path, const CmapContent& a,
 std::string scale_words(const CmapContent& map);
 void warn_of_scale(const std::filesystem::path& path, const CmapContent& map);
 
+/// A way of less than a metre, or with numbers that could be degrees of a map that lies elsewhere, warned of
+/// on stderr: coordinates are metres.
+void warn_of_way(const std::filesystem::path& path, const std::vector<Vec2>& p_map_m);
+
 /// In words that two maps lie farther apart than either is wide, with the circumference of their body where
 /// that is what lies between them (longitudes of 0 to 360 against -180 to 180); empty where
 /// they are neighbours.

@@ -38,6 +38,7 @@ struct BuildOptions {
   fs::path ortho;
   fs::path from_csv;
   fs::path from_gpkg;
+  fs::path like;
   fs::path output;
   fs::path csv;
   fs::path gpkg;
@@ -403,6 +404,28 @@ void place_on_ground(const BuildOptions& options, Prepared& made) {
   tell_scale(words, own, made.source.reference_system);
 }
 
+/// Grid, tables and system of the map that the table was taken from: what did not change is the same bytes.
+CmapLayout take_after(const BuildOptions& options, Prepared& made, BuildOptions& as_base) {
+  const CmapContent base = load_map(options.like);
+  const bool same = same_reference(made.source.reference_system, base.reference_system);
+  if (!same && !is_local_reference(made.source.reference_system))
+    throw ToolError("{}: is in {}, {} in {}; give both in one system", options.like.string(),
+                    base.reference_system, options.output.string(), made.source.reference_system);
+  made.source.reference_system = base.reference_system;
+  made.source.pixel_m = base.pixel_m;
+  made.extent = base.extent;
+  as_base.quantum_m = base.quantum_m;
+  if (as_base.labels.site == 0) as_base.labels.site = base.site;
+  if (as_base.labels.epoch_s == 0) as_base.labels.epoch_s = base.epoch_s;
+  for (const TableBoulder& b : made.boulders) {
+    if (!base.extent.contains(b.p_map_m))
+      throw ToolError("{}: ({:.3f}, {:.3f}) lies outside {}; omit --like, or remove it",
+                      options.from_csv.string() + options.from_gpkg.string(), b.p_map_m.x(), b.p_map_m.y(),
+                      options.like.string());
+  }
+  return base.layout;
+}
+
 void build_from_table(const BuildOptions& options) {
   OutputFile map(options.output);
   Prepared made;
@@ -420,6 +443,13 @@ void build_from_table(const BuildOptions& options) {
                     table.string(), options.min_diameter_m);
   }
   made.source.parameters = fmt::format("table min_diameter_m={}", options.min_diameter_m);
+  if (!options.like.empty()) {
+    BuildOptions as_base = options;
+    const CmapLayout layout = take_after(options, made, as_base);
+    as_base.coding.like = &layout;
+    write_products(as_base, made, map);
+    return;
+  }
   place_on_ground(options, made);
   made.extent = extent_of(made.boulders);
   write_products(options, made, map);
@@ -436,6 +466,8 @@ void build(const BuildOptions& options) {
                      static_cast<int>(!options.from_gpkg.empty());
   if (inputs != 1)
     throw ToolError("map build: give either an orthoimage, --from-csv TABLE or --from-gpkg LAYER");
+  if (!options.like.empty() && !options.ortho.empty())
+    throw ToolError("--like: is for tables; build both images with the same options");
   check_products(options);
   if (!options.ortho.empty()) {
     build_from_image(options, ranks);
@@ -471,6 +503,10 @@ void add_map_build(CLI::App& map) {
       "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");
   build_app->add_option("--from-gpkg", o.from_gpkg,
                         "or from the points of a GeoPackage, GeoJSON or shapefile with a field diameter_m");
+  build_app->add_option(
+      "--like", o.like,
+      "a table: with the grid, attributes and system of this map (.cmap), which it was taken "
+      "from, so that map uplink can send the difference");
   build_app->add_option("--min-diameter", o.min_diameter_m, "omit boulders smaller than this, m")
       ->check(CLI::NonNegativeNumber);
   build_app

@@ -60,6 +60,7 @@ ForecastModel model_of(const ForecastOptions& options, cmap::Method method) {
 std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent& map) {
   const std::vector<Vec2> waypoints = read_waypoints(options.path);
   check_waypoints(waypoints, map.extent, options.map.string());
+  warn_of_way(options.path, waypoints);
   double length_m = 0.0;
   for (std::size_t i = 1; i < waypoints.size(); ++i) length_m += (waypoints[i] - waypoints[i - 1]).norm();
   if (length_m / options.step_m > kMostFrames) {

@@ -1,9 +1,12 @@
 // cairn map uplink: what the next drive needs of a map, as telecommand packets.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 
+#include "base/json_file.hpp"
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "base/waypoints.hpp"
@@ -19,6 +22,7 @@ struct UplinkOptions {
   fs::path map;
   fs::path path;
   fs::path base;
+  fs::path fixes;
   fs::path output;
   UplinkParams params;
   double drift_percent = 100.0 * UplinkParams().drift;
@@ -50,19 +54,76 @@ void print(const Cut& cut, const UplinkOptions& options) {
   }
   fmt::print("upload            {:08x}, {}: {} chunks, {} bytes on the link\n", cut.upload.plan.id,
              cut.is_delta ? "delta" : "map", chunks_of(cut.upload.plan), link_bytes(cut.upload.plan));
+  if (cut.unchanged)
+    fmt::print("nothing has changed: the map in use serves this way; there is no need to send this\n");
+}
+
+/// Ways to the fixes that a forecast counts on.
+std::vector<double> fixes_of(const fs::path& forecast) {
+  const CsvTable table(forecast, "give the forecast.csv of cairn map forecast");
+  const std::size_t arc = table.column("arc_m");
+  const std::size_t blind = table.column("blind");
+  std::vector<double> fixes;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    if (table.number(row, blind) == 0.0) fixes.push_back(table.number(row, arc));
+  }
+  std::sort(fixes.begin(), fixes.end());
+  return fixes;
+}
+
+/// Lost chunks fit the upload that they were lost from.
+void check_same_upload(const fs::path& report, const Cut& cut) {
+  if (!fs::exists(report)) return;
+  const Json before = read_json(report, "is no report of cairn map uplink; give another folder");
+  const std::string id = fmt::format("{:08x}", cut.upload.plan.id);
+  const Json upload = before.value("upload", Json::object());
+  if (upload.value("id", "") == id && upload.value("chunk_bytes", 0U) == cut.upload.plan.chunk_bytes) return;
+  throw ToolError("--only: {} is of another upload than {} in chunks of {}; give all else as it was before",
+                  report.string(), id, cut.upload.plan.chunk_bytes);
+}
+
+/// Chunks that were lost, beside the whole upload.
+void write_lost(const Cut& cut, const UplinkOptions& options) {
+  check_same_upload(options.output / "report.json", cut);
+  std::uint32_t sequence = options.sequence;
+  std::vector<PacketBytes> packets;
+  std::size_t bytes = 0;
+  std::vector<std::uint32_t> numbers = choose_chunks(send_order(cut.upload, cut.rank_of_tile), options.only);
+  for (const std::uint32_t number : numbers) {
+    packets.push_back(chunk_packet(cut.upload, number, sequence++));
+    bytes += packets.back().size();
+  }
+  make_folder(options.output);
+  const fs::path file = options.output / "lost.tc";
+  write_packets(file, packets);
+  if (options.json) {
+    print_json({{"upload", fmt::format("{:08x}", cut.upload.plan.id)},
+                {"written", file.string()},
+                {"chunks", numbers},
+                {"bytes", bytes},
+                {"next_sequence", sequence}});
+    return;
+  }
+  fmt::print("{}: {} of {} chunks of upload {:08x}, {} bytes on the link\n", file.string(), numbers.size(),
+             chunks_of(cut.upload.plan), cut.upload.plan.id, bytes);
 }
 
 void uplink(const UplinkOptions& options) {
-  const PlannedPath path = path_of(read_waypoints(options.path));
+  const std::vector<Vec2> way = read_waypoints(options.path);
+  warn_of_way(options.path, way);
+  const PlannedPath path = path_of(way);
   std::optional<BaseMap> base;
   if (!options.base.empty()) base = BaseMap{read_file(options.base), options.base.string()};
   warn_of_scale(options.map, load_map(options.map));
   const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, options.params, base);
 
+  if (!options.only.empty()) {
+    write_lost(cut, options);
+    return;
+  }
   std::uint32_t sequence = options.sequence;
-  std::vector<PacketBytes> packets;
-  if (options.only.empty()) packets.push_back(begin_packet(cut.upload, sequence++));
-  for (const std::uint32_t number : choose_chunks(send_order(cut.upload, cut.rank_of_tile), options.only))
+  std::vector<PacketBytes> packets{begin_packet(cut.upload, sequence++)};
+  for (const std::uint32_t number : send_order(cut.upload, cut.rank_of_tile))
     packets.push_back(chunk_packet(cut.upload, number, sequence++));
   const std::string report = to_json(cut, options.params);
   make_folder(options.output);
@@ -102,9 +163,12 @@ void add_map_uplink(CLI::App& map) {
       ->capture_default_str();
   app->add_option("--fix-every", p.fix_every_m,
                   "distance between expected fixes, m (default: none expected)");
+  app->add_option("--fixes", o.fixes, "or the forecast.csv of this way: fixes where it counts on them")
+      ->excludes("--fix-every");
   app->add_option("--budget", p.budget_bytes,
-                  "limit of bytes on the link, packet overhead included "
+                  "limit of bytes on the link, packet overhead included; 20k or 1M, too "
                   "(default: no limit)")
+      ->transform(CLI::AsSizeValue(true))
       ->check(CLI::PositiveNumber);
   app->add_option("--chunk", p.chunk_bytes, "data per chunk, bytes")->capture_default_str();
   app->add_option(
@@ -113,12 +177,13 @@ void add_map_uplink(CLI::App& map) {
                   "the base)",
                   kBouldersPerCutTile));
   app->add_option("--sequence", o.sequence, "sequence number of the first packet")->capture_default_str();
-  app->add_option("--only", o.only,
-                  "write only these chunks, e.g. 3,7-9, which were lost (default: all, with the begin "
-                  "command)");
+  app->add_option(
+      "--only", o.only,
+      "write only these chunks, e.g. 3,7-9, which were lost, to lost.tc; all else stays as it is");
   app->add_flag("--json", o.json, "print the report as JSON");
   app->callback([options] {
     options->params.drift = options->drift_percent / 100.0;
+    if (!options->fixes.empty()) options->params.fixes_s_m = fixes_of(options->fixes);
     uplink(*options);
   });
 }

@@ -1,5 +1,10 @@
 // The program `cairn map uplink`: what it writes is ready to be sent; bad input ends in one line
 // and nothing written.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstring>
+
 #include "app/telecommand.hpp"
 #include "base/output_file.hpp"
 #include "cmap/uplink.hpp"
@@ -17,6 +22,10 @@ std::vector<std::uint8_t> map;
 
 std::string good() {
   return " " + scratch.path("site.cmap").string() + " --path " + scratch.path("path.csv").string();
+}
+std::string said() {
+  const std::vector<std::uint8_t> bytes = read_file(scratch.path("stdout"));
+  return {bytes.begin(), bytes.end()};
 }
 std::string to(const char* folder) { return " -o " + scratch.path(folder).string(); }
 
@@ -57,13 +66,16 @@ void test_packets(void**) {
 }
 
 void test_lost_chunks_alone(void**) {
-  assert_int_equal(
-      test::run_cairn(scratch, "map uplink" + good() + to("up5") + " --chunk 64 --only 1,0").code, 0);
   static std::vector<std::uint8_t> sent;
   static std::vector<std::uint8_t> all;
-  sent = read_file(scratch.path("up5/upload.tc"));
   assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up5") + " --chunk 64").code, 0);
   all = read_file(scratch.path("up5/upload.tc"));
+  assert_int_equal(
+      test::run_cairn(scratch, "map uplink" + good() + to("up5") + " --chunk 64 --only 1,0").code, 0);
+  sent = read_file(scratch.path("up5/lost.tc"));
+  assert_true(read_file(scratch.path("up5/upload.tc")) == all);
+  test::check_refusal(scratch, "map uplink" + good() + to("up5") + " --chunk 60 --only 1,0", "--only",
+                      "give all else as it was before");
   assert_int_equal(sent.size(), 2 * (64 + 22));
   assert_int_equal(sent[8 + 5], 0);  // head first: chunk 0, then 1
   assert_memory_equal(sent.data() + 8, all.data() + 23 + 8, 64 + 10);
@@ -78,7 +90,55 @@ void test_base(void**) {
   assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up3")).code, 0);
   const std::string base = " --base " + scratch.path("up3/map.cmap").string();
   assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up4") + base).code, 0);
-  assert_true(read_file(scratch.path("up4/upload.tc")).size() < 400);  // nothing has changed
+  assert_true(read_file(scratch.path("up4/upload.tc")).size() < 400);
+  assert_non_null(std::strstr(said().c_str(), "nothing has changed"));
+}
+
+/// A boulder struck out in a spreadsheet is a small delta.
+void test_an_edited_map_is_a_delta(void**) {
+  const std::string site = scratch.path("site.cmap").string();
+  assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("up6") + " --tile 5 --width 40").code,
+                   0);
+  const std::string table = scratch.path("edited.csv").string();
+  assert_int_equal(test::run_cairn(scratch, "map unpack " + site + " --csv " + table).code, 0);
+  static std::string text;
+  const std::vector<std::uint8_t> bytes = read_file(table);
+  text.assign(bytes.begin(), bytes.end());
+  text.erase(text.rfind('\n', text.size() - 2) + 1);
+  scratch.file("edited.csv", text.c_str());
+  const std::string edited = scratch.path("edited.cmap").string();
+  assert_int_equal(
+      test::run_cairn(scratch, "map build --from-csv " + table + " --like " + site + " -o " + edited).code,
+      0);
+  const std::string base = " --base " + scratch.path("up6/map.cmap").string();
+  const std::string way = " --path " + scratch.path("path.csv").string();
+  assert_int_equal(
+      test::run_cairn(scratch, "map uplink " + edited + way + base + to("up7") + " --width 40").code, 0);
+  assert_non_null(std::strstr(said().c_str(), ", delta: "));
+  assert_null(std::strstr(said().c_str(), "nothing has changed"));
+  assert_true(2 * fs::file_size(scratch.path("up7/upload.tc")) <
+              fs::file_size(scratch.path("up6/upload.tc")));
+}
+
+/// Fixes that a forecast counts on end the growth of the corridor; sizes are given as people write them.
+void test_fixes_of_a_forecast(void**) {
+  scratch.file("forecast.csv", "arc_m,p_applied,blind\n5,0.9,0\n20,0.9,0\n30,0.1,1\n");
+  const std::string fixes = " --fixes " + scratch.path("forecast.csv").string();
+  assert_int_equal(
+      test::run_cairn(scratch, "map uplink" + good() + to("up8") + " --drift 10 --budget 1M" + fixes).code,
+      0);
+  const double length_m = std::hypot(29.0, 19.0);
+  const std::string end =
+      fmt::format("{:.1f} m at its end", UplinkParams().half_width_m + 0.1 * (length_m - 20.0));
+  assert_non_null(std::strstr(said().c_str(), end.c_str()));
+}
+
+void test_a_short_way_is_doubted(void**) {
+  const std::string way = scratch.file("degrees.csv", "x,y\n1.1,1.2\n1.2,1.3\n").string();
+  const test::Ended ended = test::run_cairn(
+      scratch, "map uplink " + scratch.path("site.cmap").string() + " --path " + way + to("up9"));
+  assert_int_equal(ended.code, 0);
+  assert_non_null(std::strstr(ended.errors.c_str(), "are they degrees?"));
 }
 
 void check_refused(const std::string& arguments, const char* what, const char* mend) {
@@ -104,8 +164,14 @@ void test_refusals(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_packets), cmocka_unit_test(test_lost_chunks_alone), cmocka_unit_test(test_json),
-      cmocka_unit_test(test_base),    cmocka_unit_test(test_refusals),
+      cmocka_unit_test(test_packets),
+      cmocka_unit_test(test_lost_chunks_alone),
+      cmocka_unit_test(test_json),
+      cmocka_unit_test(test_base),
+      cmocka_unit_test(test_an_edited_map_is_a_delta),
+      cmocka_unit_test(test_fixes_of_a_forecast),
+      cmocka_unit_test(test_a_short_way_is_doubted),
+      cmocka_unit_test(test_refusals),
   };
   return cmocka_run_group_tests(tests, make_input, nullptr);
 }
