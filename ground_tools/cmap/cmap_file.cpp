@@ -361,7 +361,7 @@ std::string explain(MapStatus status) {
     case MapStatus::kBadDirectory:
       return "has a tile directory that is inconsistent or does not match the tiles; build it again";
     case MapStatus::kDamaged:
-      return "has damaged tiles (CRC); cairn map unpack --salvage takes the rest, or copy or build it again";
+      return "has damaged tiles (CRC); cairn map unpack and cairn run take the rest with --salvage, or copy or build it again";
     case MapStatus::kNoBoulders:
       return "contains no boulders; build it with a lower threshold or from a larger image";
   }

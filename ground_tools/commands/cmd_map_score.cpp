@@ -21,8 +21,43 @@ struct ScoreOptions {
   fs::path map;
   fs::path truth;
   std::string sun;
+  bool json = false;
   ScoreParams params;
 };
+
+Json score_json(const ScoreOptions& options, const MapScore& score, const std::vector<SizeClass>& sizes) {
+  const ScoreParams& p = options.params;
+  Json json = {{"map", options.map.string()},
+               {"truth", options.truth.string()},
+               {"recall", score.recall()},
+               {"found", score.found},
+               {"rocks", score.rocks},
+               {"recall_diameter_m", p.recall_diameter_m},
+               {"precision", score.entries == 0 ? Json(nullptr) : Json(score.precision())},
+               {"right", score.right},
+               {"entries", score.entries},
+               {"precision_diameter_m", p.precision_diameter_m},
+               {"distance_m", p.distance_m},
+               {"margin_m", p.margin_m}};
+  // Of found rocks alone.
+  const auto known = [](std::size_t found, double value) { return found == 0 ? Json(nullptr) : Json(value); };
+  json["median_error_m"] = known(score.found, score.median_error_m);
+  json["shift_east_m"] = known(score.found, score.mean_shift_map_m.x());
+  json["shift_north_m"] = known(score.found, score.mean_shift_map_m.y());
+  if (!options.sun.empty())
+    json["shift_towards_sun_m"] = known(score.found, sunward_shift_m(score, parse_sun(options.sun)));
+  json["sizes"] = Json::array();
+  for (const SizeClass& c : sizes) {
+    json["sizes"].push_back({{"from_m", c.from_m},
+                             {"to_m", c.to_m},
+                             {"rocks", c.rocks},
+                             {"found", c.found},
+                             {"recall", c.recall()},
+                             {"median_error_m", known(c.found, c.median_error_m)},
+                             {"diameter_ratio", known(c.found, c.diameter_ratio)}});
+  }
+  return json;
+}
 
 void print_score(const ScoreOptions& options) {
   std::vector<TableBoulder> entries;
@@ -49,6 +84,10 @@ void print_score(const ScoreOptions& options) {
   if (score.rocks == 0) {
     throw ToolError("{}: no rock of {} m or more lies inside {}; are both in the same reference system?",
                     options.truth.string(), p.recall_diameter_m, options.map.string());
+  }
+  if (options.json) {
+    print_json(score_json(options, score, score_by_size(entries, truth, extent, p)));
+    return;
   }
   fmt::print("recall            {:.3f} ({} of {} rocks of {} m and more)\n", score.recall(), score.found,
              score.rocks, p.recall_diameter_m);
@@ -79,6 +118,7 @@ void add_map_score(CLI::App& map) {
           "--truth", score->truth,
           "table of the true rocks (columns x, y, diameter), in the map's reference system or with a .prj beside it")
       ->required();
+  score_app->add_flag("--json", score->json, "one JSON object on stdout");
   score_app->add_option("--margin", score->params.margin_m, "margin of the map that is not counted, m")
       ->capture_default_str();
   score_app->add_option("--sun", score->sun,

@@ -42,6 +42,7 @@ struct RunOptions {
   bool lost = false;
   std::string degrade;
   bool no_map = false;
+  bool salvage = false;
   bool paper = false;
   unsigned pictures = 4;
 };
@@ -159,7 +160,10 @@ void run(RunOptions options) {
   title.ortho = options.ortho;
   if (!options.no_map) {
     replay_options.map = read_file(options.map);
-    CmapContent map = decode_cmap(replay_options.map, options.map.string());
+    CmapContent map = decode_cmap(replay_options.map, options.map.string(), options.salvage);
+    if (map.damaged_tiles > 0)
+      fmt::print(stderr, "cairn: warning: {}: {} damaged tile{} left out, as in flight\n",
+                 options.map.string(), map.damaged_tiles, map.damaged_tiles == 1 ? "" : "s");
     if (map.boulders.empty())
       throw ToolError("{}: {}", options.map.string(), explain(MapStatus::kNoBoulders));
     check_ortho(options, map.reference_system);
@@ -203,6 +207,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--set", options->sets,
                       "override a value of the scene, e.g. traverse.length_m=20; repeatable");
   command->add_option("--map", options->map, "orbital boulder map (.cmap)");
+  command->add_flag("--salvage", options->salvage,
+                    "take a map with damaged tiles, as the flight module does: without these");
   command->add_flag("--no-map", options->no_map, "visual odometry alone");
   command->add_option("-o,--output", options->output, "folder for the results")->required();
   command->add_option("--ortho", options->ortho, "orthoimage to draw the plot on");

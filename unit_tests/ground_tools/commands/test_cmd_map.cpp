@@ -192,6 +192,17 @@ void test_unpack(void**) {
   assert_true(json["boulders"].get<int>() < 3000 && json["boulders"].get<int>() > 1000);
 }
 
+/// A map against its own table: all there, in place.
+void test_score(void**) {
+  put_all();
+  assert_int_equal(cairn_says("map unpack" + quoted("a.cmap") + " --csv" + quoted("truth.csv")), 0);
+  assert_int_equal(cairn_says("map score --json" + quoted("a.cmap") + " --truth" + quoted("truth.csv")), 0);
+  assert_near(json["recall"].get<double>(), 1.0, 0.0);
+  assert_true(json["rocks"].get<int>() > 0 && json["rocks"] == json["found"]);
+  assert_near(json["shift_east_m"].get<double>(), 0.0, 1e-3);
+  assert_true(json["sizes"].size() > 0);
+}
+
 void test_diff(void**) {
   put_all();
   write_map("same.cmap");
@@ -412,15 +423,11 @@ void test_full_disk(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_info),
-      cmocka_unit_test(test_verify),
-      cmocka_unit_test(test_unpack),
-      cmocka_unit_test(test_diff),
-      cmocka_unit_test(test_maps_apart),
-      cmocka_unit_test(test_merge),
-      cmocka_unit_test(test_products_of_build),
-      cmocka_unit_test(test_quicklook),
-      cmocka_unit_test(test_full_disk),
+      cmocka_unit_test(test_info),      cmocka_unit_test(test_verify),
+      cmocka_unit_test(test_unpack),    cmocka_unit_test(test_score),
+      cmocka_unit_test(test_diff),      cmocka_unit_test(test_maps_apart),
+      cmocka_unit_test(test_merge),     cmocka_unit_test(test_products_of_build),
+      cmocka_unit_test(test_quicklook), cmocka_unit_test(test_full_disk),
   };
   return cmocka_run_group_tests_name("ground_tools/commands/cmd_map", tests, nullptr, nullptr);
 }

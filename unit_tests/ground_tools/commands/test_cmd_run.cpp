@@ -5,6 +5,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include <cstring>
+
 #include "base/output_file.hpp"
 #include "cmap/cmap_file.hpp"
 #include "core/big_endian.hpp"
@@ -105,6 +107,26 @@ void test_data_sets(void**) {
   check_refused(set() + kStart + " --no-map", "--output", "--help");
   check_refused(set("large") + out() + kStart + " --no-map", "large", "MISSION");
   check_refused(set() + out() + map_at("good.cmap"), "no truth to start from", "--start");
+}
+
+/// A map with a bad tile flies without that tile; who looks at such a flight on the ground says so.
+void test_a_damaged_map(void**) {
+  std::vector<TableBoulder> boulders(40);
+  for (int i = 0; i < 40; ++i) {
+    boulders[i].p_map_m = Vec2(i, 2.0 * i);
+    boulders[i].diameter_m = 0.2;
+  }
+  CmapOptions small;
+  small.boulders_per_tile = 4;
+  static std::vector<std::uint8_t> damaged;
+  damaged = encode_cmap(boulders, extent_of(boulders), 0.01, {}, small);
+  damaged.back() ^= 1;
+  save("damaged.cmap", damaged);
+  const std::string rest = set() + out() + kStart + map_at("damaged.cmap");
+  check_refused(rest, "damaged.cmap", "--salvage");
+  assert_int_equal(cairn("run" + rest + " --salvage"), 0);
+  assert_non_null(std::strstr(errors.c_str(), "1 damaged tile left out"));
+  fs::remove_all(scratch.path("out"));
 }
 
 void test_which_map(void**) {
@@ -226,12 +248,19 @@ void test_old_results_stay_where_a_run_is_refused(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_good_runs),   cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
-      cmocka_unit_test(test_data_sets),   cmocka_unit_test(test_which_map),
-      cmocka_unit_test(test_maps),        cmocka_unit_test(test_frames),
-      cmocka_unit_test(test_starts),      cmocka_unit_test(test_degrades),
-      cmocka_unit_test(test_outputs),     cmocka_unit_test(test_pictures),
-      cmocka_unit_test(test_orthoimages), cmocka_unit_test(test_old_results_stay_where_a_run_is_refused),
+      cmocka_unit_test(test_good_runs),
+      cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
+      cmocka_unit_test(test_data_sets),
+      cmocka_unit_test(test_a_damaged_map),
+      cmocka_unit_test(test_which_map),
+      cmocka_unit_test(test_maps),
+      cmocka_unit_test(test_frames),
+      cmocka_unit_test(test_starts),
+      cmocka_unit_test(test_degrades),
+      cmocka_unit_test(test_outputs),
+      cmocka_unit_test(test_pictures),
+      cmocka_unit_test(test_orthoimages),
+      cmocka_unit_test(test_old_results_stay_where_a_run_is_refused),
   };
   return cmocka_run_group_tests(tests, make_input, nullptr);
 }
