@@ -180,8 +180,9 @@ ShadowFinds sure_finds(const Window& window, const std::vector<std::uint8_t>& gr
   return detect_by_shadow(tile, tile.rect, view, params);
 }
 
-int sure_boulders(const Window& window, const std::vector<std::uint8_t>& grey, const ShadowView& view) {
-  return static_cast<int>(sure_finds(window, grey, view).boulders.size());
+void count(const ShadowFinds& found, int& boulders, int& finds) {
+  boulders += static_cast<int>(found.boulders.size());
+  finds += static_cast<int>(found.boulders.size() + found.craters.size());
 }
 
 struct Count {
@@ -218,6 +219,9 @@ bool clearly_more(int these, int those) {
 }  // namespace
 
 bool SunCheck::looks_reversed() const {
+  const double more = finds - opposite_finds;
+  if (10 * finds > 11 * opposite_finds && more > 1.5 * std::sqrt(static_cast<double>(finds + opposite_finds)))
+    return false;
   if (clearly_more(opposite, boulders)) return true;
   return clearly_more(away, towards) && !clearly_more(boulders, opposite);
 }
@@ -231,8 +235,8 @@ SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& su
     if (!window.read(reader)) continue;
     if (check.boulders + check.opposite < kEnough) {
       const std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
-      check.boulders += sure_boulders(window, grey, shadow_view(sun, facts.geo));
-      check.opposite += sure_boulders(window, grey, shadow_view(turned, facts.geo));
+      count(sure_finds(window, grey, shadow_view(sun, facts.geo)), check.boulders, check.finds);
+      count(sure_finds(window, grey, shadow_view(turned, facts.geo)), check.opposite, check.opposite_finds);
     }
     Level level = window.level();
     double pixel_m = facts.geo.pixel_m();
@@ -263,13 +267,11 @@ SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevat
     windows.emplace_back(std::move(window), std::move(grey));
   }
   const auto count_with = [&](double elevation, double azimuth) {
-    Count count;
-    for (const auto& [window, grey] : windows) {
-      const ShadowFinds finds = sure_finds(window, grey, shadow_view({elevation, azimuth}, facts.geo));
-      count.boulders += static_cast<int>(finds.boulders.size());
-      count.finds += static_cast<int>(finds.boulders.size() + finds.craters.size());
-    }
-    return count;
+    Count seen;
+    for (const auto& [window, grey] : windows)
+      count(sure_finds(window, grey, shadow_view({elevation, azimuth}, facts.geo)), seen.boulders,
+            seen.finds);
+    return seen;
   };
   SunGuess guess;
   guess.sun.elevation_rad = elevation_rad > 0.0 ? elevation_rad : kUsual;
@@ -301,9 +303,9 @@ SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevat
   if (elevation_rad > 0.0) return guess;
   int most = 0;
   for (const double degrees : {15.0, 22.0, 30.0, 40.0, 55.0}) {
-    const int count = count_with(degrees * kRadPerDeg, guess.sun.azimuth_rad).finds;
-    if (count <= most) continue;
-    most = count;
+    const int finds = count_with(degrees * kRadPerDeg, guess.sun.azimuth_rad).finds;
+    if (finds <= most) continue;
+    most = finds;
     guess.sun.elevation_rad = degrees * kRadPerDeg;
   }
   return guess;

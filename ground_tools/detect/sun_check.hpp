@@ -10,13 +10,16 @@ namespace cairn::ground {
 /// the opposite one: a body and its shadow fit together in one order alone. Where they can't tell the two
 /// apart, dark spots are asked on which side of them there is something else than ground, be it brighter or
 /// darker. A boulder throws its shadow away from the sun, so that its body is on the sun's side.
-/// Hollows read like boulders under the opposite sun: on ground of sharp craters alone the wrong thing may be
-/// said, on worn or mixed ones both come out alike.
+/// Hollows read like boulders under the opposite sun, and boulders like hollows, though less well: nothing is
+/// said where boulders and hollows together are clearly more with the sun as told (a tenth, and 1.5 standard
+/// deviations). On ground of sharp craters the wrong thing may still be said where they are not.
 struct SunCheck {
   int boulders = 0;  ///< of confidence 0.8 and more with the sun as told
   int opposite = 0;  ///< and with the opposite one
-  int towards = 0;   ///< dark spots with a body towards the sun
-  int away = 0;      ///< and with one away from it
+  int finds = 0;     ///< boulders and hollows with the sun as told
+  int opposite_finds = 0;
+  int towards = 0;  ///< dark spots with a body towards the sun
+  int away = 0;     ///< and with one away from it
 
   /// By the first witness that is clear: more than 1.5 times as many the wrong way as the right one, and 2.5
   /// standard deviations of a fair coin.
