@@ -20,39 +20,35 @@ RegionBox widen(const RegionBox& box, double share, int least) {
   return wide;
 }
 
-/// Least squares for a plane, with weights. Solved by Cramer's rule: three unknowns, always well scaled here.
-struct PlaneSums {
-  double w = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
-
-  void add(double weight, double px, double py, double pz) {
-    w += weight;
-    x += weight * px;
-    y += weight * py;
-    z += weight * pz;
-    xx += weight * px * px;
-    xy += weight * px * py;
-    yy += weight * py * py;
-    xz += weight * px * pz;
-    yz += weight * py * pz;
-  }
-  /// Slopes about the centroid, held to zero by a prior of (0.01 m)^2 on the spread: few points in a row
-  /// fix no tilt.
-  void solve(double& a, double& b, double& c) const {
-    const double mx = x / w;
-    const double my = y / w;
-    const double sxx = xx / w - mx * mx + 1.0e-4;
-    const double syy = yy / w - my * my + 1.0e-4;
-    const double sxy = xy / w - mx * my;
-    const double sxz = xz / w - mx * z / w;
-    const double syz = yz / w - my * z / w;
-    const double det = sxx * syy - sxy * sxy;
-    a = (sxz * syy - syz * sxy) / det;
-    b = (syz * sxx - sxz * sxy) / det;
-    c = z / w - a * mx - b * my;
-  }
-};
-
 }  // namespace
+
+void RegionEvidenceJob::PlaneSums::add(double weight, double px, double py, double pz) {
+  w += weight;
+  x += weight * px;
+  y += weight * py;
+  z += weight * pz;
+  xx += weight * px * px;
+  xy += weight * px * py;
+  yy += weight * py * py;
+  xz += weight * px * pz;
+  yz += weight * py * pz;
+}
+
+/// Solved by Cramer's rule: three unknowns, always well scaled here. Slopes about the centroid, held to zero
+/// by a prior of (0.01 m)^2 on the spread: few points in a row fix no tilt.
+void RegionEvidenceJob::PlaneSums::solve(Plane& plane) const {
+  const double mx = x / w;
+  const double my = y / w;
+  const double sxx = xx / w - mx * mx + 1.0e-4;
+  const double syy = yy / w - my * my + 1.0e-4;
+  const double sxy = xy / w - mx * my;
+  const double sxz = xz / w - mx * z / w;
+  const double syz = yz / w - my * z / w;
+  const double det = sxx * syy - sxy * sxy;
+  plane.a = (sxz * syy - syz * sxy) / det;
+  plane.b = (syz * sxx - sxz * sxy) / det;
+  plane.c = z / w - plane.a * mx - plane.b * my;
+}
 
 RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params, const RegionBoxes& regions,
                                               SurfacePoints& points) {
@@ -60,6 +56,7 @@ RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params
   regions_ = &regions;
   points_ = &points;
   next_ = 0;
+  phase_ = Phase::kOpen;
   boulders_ = untested_ = 0;
   if (points.empty()) return status_ = RegionEvidenceStatus::kNoPoints;
   std::size_t i = 0;
@@ -73,99 +70,149 @@ RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params
 
 Progress RegionEvidenceJob::step(WorkBudget& budget) {
   if (status_ != RegionEvidenceStatus::kRunning) return Progress::kDone;
-  for (; next_ < regions_->size(); ++next_) {
-    const RegionBox wide = widen((*regions_)[next_], 0.5, 12);
-    const auto points =
-        static_cast<std::uint32_t>(first_at_or_below(wide.v_max + 1) - first_at_or_below(wide.v_min));
-    if (!budget.take(50U + 40U * points)) return Progress::kMore;
-    judge((*regions_)[next_]);
+  while (next_ < regions_->size()) {
+    if (phase_ == Phase::kOpen) {
+      if (!budget.take(50)) return Progress::kMore;
+      open();
+      continue;
+    }
+    const std::uint32_t each = phase_ == Phase::kGather ? 4U : 3U;
+    if (!budget.take(10U + each * static_cast<std::uint32_t>(unit_end() - cursor_))) return Progress::kMore;
+    unit();
+    if (cursor_ == end_) next_phase();
   }
   status_ = RegionEvidenceStatus::kDone;
   return Progress::kDone;
+}
+
+std::size_t RegionEvidenceJob::unit_end() const {
+  return end_ - cursor_ < kUnitPoints ? end_ : cursor_ + kUnitPoints;
 }
 
 std::size_t RegionEvidenceJob::first_at_or_below(int v) const {
   return row_begin_[v < 0 ? 0 : (v > cfg::kImageHeight ? cfg::kImageHeight : v)];
 }
 
-void RegionEvidenceJob::judge(const RegionBox& region) {
-  const RegionBox wide = widen(region, 0.5, 12);
-  const RegionBox near = widen(region, 0.25, 6);
-  const std::size_t begin = first_at_or_below(near.v_min);
-  const std::size_t end = first_at_or_below(near.v_max + 1);
-  Plane ground{};
-  if (params_.test_height) {
-    gather_ground(wide, region.label);
-    if (static_cast<int>(ground_.size()) < params_.min_ground_points) {
-      ++untested_;
-      return;
-    }
-    if (points_of(region.label, begin, end) < params_.min_raised) return;  // the plane is not needed
-    fit_ground(ground);
-  }
-  const auto is_raised = [&](const SurfacePoint& p) {
-    if (!params_.test_height) return p.label == region.label;
-    const double h = ground.height(p.p_site_m);
-    return h >= params_.min_height_m && h >= 3.0 * static_cast<double>(p.sigma_height_m);
-  };
-  int own = 0;
-  double top = 0.0;
-  for (std::size_t i = begin; i < end; ++i) {
-    const SurfacePoint& p = (*points_)[i];
-    if (p.label != region.label || !is_raised(p)) continue;
-    ++own;
-    const double h = params_.test_height ? ground.height(p.p_site_m) : params_.min_top_m;
-    if (h > top) top = h;
-  }
-  if (own < params_.min_raised || top < params_.min_top_m) return;
-  ++boulders_;
-  for (std::size_t i = begin; i < end; ++i) {
-    SurfacePoint& p = (*points_)[i];
-    const bool candidate =
-        p.label == region.label || (p.label == 0 && p.u >= near.u_min && p.u <= near.u_max);
-    if (candidate && is_raised(p)) p.raised = true;
-  }
-}
-
-void RegionEvidenceJob::gather_ground(const RegionBox& widened, std::uint8_t label) {
-  const std::size_t end = first_at_or_below(widened.v_max + 1);
+void RegionEvidenceJob::open() {
+  wide_ = widen(region(), 0.5, 12);
+  near_ = widen(region(), 0.25, 6);
+  near_begin_ = first_at_or_below(near_.v_min);
+  near_end_ = first_at_or_below(near_.v_max + 1);
   ground_.clear();
-  for (std::size_t i = first_at_or_below(widened.v_min); i < end; ++i) {
-    const SurfacePoint& p = (*points_)[i];
-    if (p.label == label || p.u < widened.u_min || p.u > widened.u_max) continue;
-    ground_.append(static_cast<std::uint16_t>(i));
+  plane_ = {};
+  labelled_ = iteration_ = own_ = 0;
+  top_m_ = 0.0;
+  if (params_.test_height) {
+    enter(Phase::kGather, first_at_or_below(wide_.v_min), first_at_or_below(wide_.v_max + 1));
+  } else {
+    enter(Phase::kOwn, near_begin_, near_end_);
   }
 }
 
-int RegionEvidenceJob::points_of(std::uint8_t label, std::size_t begin, std::size_t end) const {
-  int count = 0;
-  for (std::size_t i = begin; i < end; ++i) count += (*points_)[i].label == label ? 1 : 0;
-  return count;
+void RegionEvidenceJob::enter(Phase phase, std::size_t begin, std::size_t end) {
+  phase_ = phase;
+  cursor_ = begin;
+  end_ = end;
 }
 
-void RegionEvidenceJob::fit_ground(Plane& plane) const {
-  plane = {};
-  const SurfacePoint* points = points_->data();
-  for (const std::uint16_t i : ground_) {
-    plane.x0 += points[i].p_site_m.x();
-    plane.y0 += points[i].p_site_m.y();
-  }
-  plane.x0 /= static_cast<double>(ground_.size());
-  plane.y0 /= static_cast<double>(ground_.size());
-  for (int iteration = 0; iteration < kPlaneIterations; ++iteration) {
-    PlaneSums sums;
-    for (const std::uint16_t i : ground_) {
-      const Vec3& p = points[i].p_site_m;
-      double w = 1.0;
-      if (iteration > 0) {
-        const double r = plane.height(p) / params_.plane_scale_m;
-        const double above = 1.0 + r * r;
-        w = r > 0.0 ? 1.0 / (above * above) : 1.0 / (1.0 + 0.25 * r * r);
+void RegionEvidenceJob::next_region() {
+  ++next_;
+  phase_ = Phase::kOpen;
+}
+
+void RegionEvidenceJob::next_phase() {
+  switch (phase_) {
+    case Phase::kGather: after_gather(); break;
+    case Phase::kFit: after_iteration(); break;
+    case Phase::kOwn:
+      if (own_ < params_.min_raised || top_m_ < params_.min_top_m) {
+        next_region();
+        break;
       }
-      sums.add(w, p.x() - plane.x0, p.y() - plane.y0, p.z());
-    }
-    sums.solve(plane.a, plane.b, plane.c);
+      ++boulders_;
+      enter(Phase::kMark, near_begin_, near_end_);
+      break;
+    case Phase::kOpen:
+    case Phase::kMark: next_region(); break;
   }
+}
+
+void RegionEvidenceJob::after_gather() {
+  if (static_cast<int>(ground_.size()) < params_.min_ground_points) {
+    ++untested_;
+    next_region();
+  } else if (labelled_ < params_.min_raised) {
+    next_region();  // the plane is not needed
+  } else {
+    plane_.x0 /= static_cast<double>(ground_.size());
+    plane_.y0 /= static_cast<double>(ground_.size());
+    sums_ = {};
+    enter(Phase::kFit, 0, ground_.size());
+  }
+}
+
+void RegionEvidenceJob::after_iteration() {
+  sums_.solve(plane_);
+  sums_ = {};
+  if (++iteration_ < kPlaneIterations) {
+    enter(Phase::kFit, 0, ground_.size());
+  } else {
+    enter(Phase::kOwn, near_begin_, near_end_);
+  }
+}
+
+void RegionEvidenceJob::unit() {
+  SurfacePoint* const points = points_->data();
+  for (const std::size_t end = unit_end(); cursor_ < end; ++cursor_) {
+    switch (phase_) {
+      case Phase::kGather: gather(cursor_); break;
+      case Phase::kFit: fit(points[ground_[cursor_]].p_site_m); break;
+      case Phase::kOwn: own(points[cursor_]); break;
+      case Phase::kMark: mark(points[cursor_]); break;
+      case Phase::kOpen: break;
+    }
+  }
+}
+
+void RegionEvidenceJob::gather(std::size_t index) {
+  const SurfacePoint& p = (*points_)[index];
+  if (p.label == region().label) {
+    labelled_ += index >= near_begin_ && index < near_end_ ? 1 : 0;
+    return;
+  }
+  if (p.u < wide_.u_min || p.u > wide_.u_max) return;
+  ground_.append(static_cast<std::uint16_t>(index));
+  plane_.x0 += p.p_site_m.x();
+  plane_.y0 += p.p_site_m.y();
+}
+
+void RegionEvidenceJob::fit(const Vec3& p) {
+  double w = 1.0;
+  if (iteration_ > 0) {
+    const double r = plane_.height(p) / params_.plane_scale_m;
+    const double above = 1.0 + r * r;
+    w = r > 0.0 ? 1.0 / (above * above) : 1.0 / (1.0 + 0.25 * r * r);
+  }
+  sums_.add(w, p.x() - plane_.x0, p.y() - plane_.y0, p.z());
+}
+
+bool RegionEvidenceJob::is_raised(const SurfacePoint& p) const {
+  if (!params_.test_height) return p.label == region().label;
+  const double h = plane_.height(p.p_site_m);
+  return h >= params_.min_height_m && h >= 3.0 * static_cast<double>(p.sigma_height_m);
+}
+
+void RegionEvidenceJob::own(const SurfacePoint& p) {
+  if (p.label != region().label || !is_raised(p)) return;
+  ++own_;
+  const double h = params_.test_height ? plane_.height(p.p_site_m) : params_.min_top_m;
+  if (h > top_m_) top_m_ = h;
+}
+
+void RegionEvidenceJob::mark(SurfacePoint& p) const {
+  const bool candidate =
+      p.label == region().label || (p.label == 0 && p.u >= near_.u_min && p.u <= near_.u_max);
+  if (candidate && is_raised(p)) p.raised = true;
 }
 
 }  // namespace cairn

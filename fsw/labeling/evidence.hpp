@@ -65,10 +65,13 @@ enum class CAIRN_NODISCARD RegionEvidenceStatus : std::uint8_t {
 
 class RegionEvidenceJob {
  public:
+  static constexpr std::size_t kUnitPoints = 512;
+
   /// `points` is borrowed until done and gets its `raised` set.
   RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions,
                              SurfacePoints& points);
-  /// Unit: one region.
+  /// Unit: 512 points of a region's rows, or of its ground in one iteration of the plane; some 2100
+  /// operations at most. The same for every slicing.
   Progress step(WorkBudget& budget);
   RegionEvidenceStatus status() const { return status_; }
   /// Regions that passed.
@@ -77,21 +80,59 @@ class RegionEvidenceJob {
   int untested() const { return untested_; }
 
  private:
+  /// Of one region, in this order.
+  enum class Phase : std::uint8_t {
+    kOpen,
+    kGather,  ///< ground around it, and how many points it has itself
+    kFit,     ///< the plane of the ground, an iteration after the other
+    kOwn,     ///< its own points that are raised
+    kMark,    ///< what belongs to it
+  };
   struct Plane {
     double a, b, c, x0, y0;
     double height(const Vec3& p) const { return p.z() - (a * (p.x() - x0) + b * (p.y() - y0) + c); }
   };
+  /// Sums of a least squares fit of a plane, with weights.
+  struct PlaneSums {
+    double w = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
+
+    void add(double weight, double px, double py, double pz);
+    void solve(Plane& plane) const;
+  };
   std::size_t first_at_or_below(int v) const;
-  void judge(const RegionBox& region);
-  void gather_ground(const RegionBox& widened, std::uint8_t label);
-  int points_of(std::uint8_t label, std::size_t begin, std::size_t end) const;
-  void fit_ground(Plane& plane) const;
+  const RegionBox& region() const { return (*regions_)[next_]; }
+  void open();
+  void next_phase();
+  void after_gather();
+  void after_iteration();
+  void enter(Phase phase, std::size_t begin, std::size_t end);
+  void next_region();
+  std::size_t unit_end() const;
+  void unit();
+  void gather(std::size_t index);
+  void fit(const Vec3& p);
+  void own(const SurfacePoint& p);
+  void mark(SurfacePoint& p) const;
+  bool is_raised(const SurfacePoint& p) const;
 
   RegionEvidenceStatus status_ = RegionEvidenceStatus::kIdle;
   RegionEvidenceParams params_;
   const RegionBoxes* regions_ = nullptr;
   SurfacePoints* points_ = nullptr;
-  std::size_t next_ = 0;
+  std::size_t next_ = 0;  ///< region
+  Phase phase_ = Phase::kOpen;
+  std::size_t cursor_ = 0;  ///< of points, or of ground_
+  std::size_t end_ = 0;
+  RegionBox wide_;              ///< where its ground is looked for
+  RegionBox near_;              ///< where its points are
+  std::size_t near_begin_ = 0;  ///< points of its rows
+  std::size_t near_end_ = 0;
+  int labelled_ = 0;  ///< its own points there
+  int iteration_ = 0;
+  Plane plane_{};
+  PlaneSums sums_;
+  int own_ = 0;  ///< its own points that are raised
+  double top_m_ = 0.0;
   int boulders_ = 0;
   int untested_ = 0;
   FixedVector<std::uint16_t, kMaxSurfacePoints> ground_;  ///< points around the region at hand

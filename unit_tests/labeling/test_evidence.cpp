@@ -261,13 +261,14 @@ void test_slices_give_the_same(void**) {
   judge();
   const int boulders = job.boulders();
   assert_true(boulders > 4 && boulders < 12);
-  for (const std::uint32_t ops : {1U, 997U, 20011U}) {
+  for (const std::uint32_t ops : {1U, 997U, 2011U}) {
     assert_status(job.start({}, regions, sliced_points), RegionEvidenceStatus::kRunning);
     int steps = 0;
     for (Progress progress = Progress::kMore; progress == Progress::kMore; ++steps) {
       WorkBudget budget(ops);
       progress = job.step(budget);
-      assert_at_most(steps, 20);
+      assert_at_most(budget.spent(), ops + 10 + 4 * RegionEvidenceJob::kUnitPoints);  // by one unit
+      assert_at_most(steps, 2000);
     }
     assert_true(steps > 1);
     assert_int_equal(job.boulders(), boulders);
@@ -275,6 +276,26 @@ void test_slices_give_the_same(void**) {
       assert_int_equal(sliced_points[i].raised, points[i].raised);
     }
   }
+}
+
+/// A region as large as the image, all of it ground around a small boulder: the longest units there are.
+void test_no_unit_is_long(void**) {
+  lay_ground({0.1, -0.1, 0.008});
+  raise(250, 200, 20, 0.10, 1);
+  regions[0] = {1, 0, cfg::kImageWidth - 1, 0, cfg::kImageHeight - 1};
+  sliced_points = points;
+  judge();
+  assert_int_equal(job.boulders(), 1);
+  assert_status(job.start({}, regions, sliced_points), RegionEvidenceStatus::kRunning);
+  int units = 0;
+  for (Progress progress = Progress::kMore; progress == Progress::kMore; ++units) {
+    WorkBudget one(1);
+    progress = job.step(one);
+    assert_at_most(one.spent(), 10 + 4 * RegionEvidenceJob::kUnitPoints);
+  }
+  assert_at_least(units, 100);
+  assert_int_equal(job.boulders(), 1);
+  for (std::size_t i = 0; i < points.size(); ++i) assert_int_equal(sliced_points[i].raised, points[i].raised);
 }
 
 }  // namespace
@@ -292,6 +313,7 @@ int main() {
       cmocka_unit_test(test_few_ground_points),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_slices_give_the_same),
+      cmocka_unit_test(test_no_unit_is_long),
   };
   return cmocka_run_group_tests_name("labeling/evidence", tests, nullptr, nullptr);
 }

@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x2A95A43FU, 0, 0};
-constexpr Golden kWhole = {35, 0xFDF57D7AU, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xCDEBBA7CU, 0, 0};
+constexpr Golden kWhole = {35, 0x0DA44C4DU, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
