@@ -344,13 +344,30 @@ void Localizer::begin_fix() {
 
 void Localizer::begin_registration() {
   map_window_.clear();
-  const WindowStatus window = map_.window(fix_pivot_map_m_, params_.map_window_radius_m, map_window_);
-  fix_.map_boulders = static_cast<std::uint16_t>(map_window_.size());
-  fix_.map_window_full = window == WindowStatus::kWindowFull;
-  if (window == WindowStatus::kNoMap) {
-    finish_fix(FixStatus::kNoMap);
-    return;
+  const WindowStatus window = map_reader_.start(map_, fix_pivot_map_m_, params_.map_window_radius_m);
+  reading_ = window == WindowStatus::kUsable;
+  if (reading_) return;
+  finish_fix(window == WindowStatus::kNoMap ? FixStatus::kNoMap : FixStatus::kBadInput);
+}
+
+/// Up to its end, or until no more boulders fit.
+Progress Localizer::read_window(WorkBudget& budget) {
+  MapReader::Chunk chunk;
+  for (;;) {
+    const Progress progress = map_reader_.step(budget, chunk);
+    for (const MapBoulder& b : chunk) {
+      if (!map_window_.push_back(b)) fix_.map_window_full = true;
+    }
+    if (progress == Progress::kDone || fix_.map_window_full) break;
+    if (chunk.empty()) return Progress::kMore;
   }
+  reading_ = false;
+  window_read();
+  return Progress::kDone;
+}
+
+void Localizer::window_read() {
+  fix_.map_boulders = static_cast<std::uint16_t>(map_window_.size());
   const IcpStatus status = icp_.start(params_.icp, map_window_, local_map_, T_map_site_, fix_pivot_site_m_);
   if (status != IcpStatus::kRunning) finish_fix(fix_status(status));
 }
@@ -432,7 +449,10 @@ bool Localizer::goes_on() const {
 
 Progress Localizer::step_fix(WorkBudget& budget) {
   if (fix_.status != FixStatus::kRunning) return Progress::kDone;
-  if (params_.correction == CorrectionMode::kWhole) return icp_.step(budget);
+  if (params_.correction == CorrectionMode::kWhole) {
+    if (reading_ && read_window(budget) == Progress::kMore) return Progress::kMore;
+    return icp_.step(budget);
+  }
   do {
     if (map_fix_.step(budget) == Progress::kMore) return Progress::kMore;
   } while (next_stage());
@@ -452,7 +472,7 @@ void Localizer::apply_fix() {
 }
 
 FixStatus Localizer::take_registration() {
-  const FixStatus status = fix_status(icp_.status());
+  const FixStatus status = reading_ ? FixStatus::kLate : fix_status(icp_.status());
   if (status == FixStatus::kLate) return status;
   const IcpResult& result = icp_.result();
   fix_.scale = result.scale;

@@ -49,6 +49,7 @@
 #include "localizer/trust.hpp"
 #include "localizer/visual_odometry.hpp"
 #include "localizer/vo_watch.hpp"
+#include "orbital_map/map_reader.hpp"
 #include "orbital_map/orbital_map.hpp"
 #include "registration/icp.hpp"
 
@@ -245,6 +246,8 @@ class Localizer {
   void begin_site(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   void begin_registration();  ///< the paper's, and ...
   void begin_map_fix();       ///< ... with search and verdict
+  Progress read_window(WorkBudget& budget);
+  void window_read();
   FixStatus take_registration();
   FixStatus take_map_fix();
   /// Of a fix with search and verdict, in this order.
@@ -294,7 +297,9 @@ class Localizer {
   BoulderObserver observer_;
   BoulderTracks tracks_;
   LocalMap local_map_;
+  MapReader map_reader_;  ///< of the paper's registration, as is the window
   MapBoulders map_window_;
+  bool reading_ = false;  ///< the window: ICP has not begun
   IcpJob icp_;
   MapFix map_fix_;
   FixStage fix_stage_ = FixStage::kSearch;
