@@ -5,7 +5,7 @@
 namespace cairn {
 namespace {
 
-constexpr int kPlaneIterations = 8;
+constexpr std::size_t kPlaneIterations = 8;
 
 }  // namespace
 
@@ -70,8 +70,11 @@ bool StereoFrameJob::run_phase(WorkBudget& budget) {
       collect();
       return true;
     case Phase::kPlane:
-      if (!budget.take(kPlaneIterations * 20U * static_cast<std::uint32_t>(points.size() + 1))) return false;
-      fit_plane();
+      for (; cursor_ < kPlaneIterations; ++cursor_) {
+        if (!budget.take(20U * static_cast<std::uint32_t>(points.size() + 1))) return false;
+        fit_plane(cursor_ == 0);
+      }
+      take_plane();
       return true;
     case Phase::kRefine:
       for (; cursor_ < points.size(); ++cursor_) {
@@ -128,27 +131,32 @@ void StereoFrameJob::collect() {
     return;
   }
   phase_ = Phase::kPlane;
+  cursor_ = 0;
+  plane_ = Vec3(0.0, 0.0, 0.0);
 }
 
-void StereoFrameJob::fit_plane() {
+/// One iteration, from the plane before.
+void StereoFrameJob::fit_plane(bool first) {
   const double cu = 0.5 * rig_.width_px;
   const double cv = 0.5 * rig_.height_px;
-  Vec3 plane(0.0, 0.0, 0.0);  // about the image centre, slopes per half width
-  for (int iteration = 0; iteration < kPlaneIterations; ++iteration) {
-    Mat3 A = Mat3::Identity() * 1.0e-9;
-    Vec3 b(0.0, 0.0, 0.0);
-    for (const StereoPoint& p : frame_->points) {
-      if (!p.valid) continue;
-      const Vec3 x((p.keypoint.u_left - cu) / cu, (p.keypoint.v_left - cv) / cu, 1.0);
-      const double r = p.d_px - plane.dot(x);
-      const double w = iteration == 0 ? 1.0 : 1.0 / (1.0 + r * r);
-      A.noalias() += w * x * x.transpose();
-      b += (w * p.d_px) * x;
-    }
-    const Eigen::LDLT<Mat3> ldlt(A);
-    plane = ldlt.solve(b);
+  Mat3 A = Mat3::Identity() * 1.0e-9;
+  Vec3 b(0.0, 0.0, 0.0);
+  for (const StereoPoint& p : frame_->points) {
+    if (!p.valid) continue;
+    const Vec3 x((p.keypoint.u_left - cu) / cu, (p.keypoint.v_left - cv) / cu, 1.0);
+    const double r = p.d_px - plane_.dot(x);
+    const double w = first ? 1.0 : 1.0 / (1.0 + r * r);
+    A.noalias() += w * x * x.transpose();
+    b += (w * p.d_px) * x;
   }
-  frame_->plane = Vec3(plane[0] / cu, plane[1] / cu, plane[2] - (plane[0] * cu + plane[1] * cv) / cu);
+  const Eigen::LDLT<Mat3> ldlt(A);
+  plane_ = ldlt.solve(b);
+}
+
+void StereoFrameJob::take_plane() {
+  const double cu = 0.5 * rig_.width_px;
+  const double cv = 0.5 * rig_.height_px;
+  frame_->plane = Vec3(plane_[0] / cu, plane_[1] / cu, plane_[2] - (plane_[0] * cu + plane_[1] * cv) / cu);
   frame_->valid_points = 0;
   cursor_ = 0;
   phase_ = Phase::kRefine;

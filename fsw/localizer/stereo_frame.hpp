@@ -6,8 +6,8 @@
 /// errors. The whole pixel, because the same patch is the template that later frames are searched for, and
 /// so its bias cancels.
 ///
-/// Cost. Units: those of extractor and matcher, the plane at once (160 operations a point), the refinement of
-/// one point (kTemplateOps + kAlignOps).
+/// Cost. Units: those of extractor and matcher, one iteration of the plane (20 operations a point), the
+/// refinement of one point (kTemplateOps + kAlignOps).
 #pragma once
 
 #include <cstdint>
@@ -95,7 +95,8 @@ class StereoFrameJob {
   bool run_phase(WorkBudget& budget);  ///< false: budget spent
   void begin_match();
   void collect();
-  void fit_plane();
+  void fit_plane(bool first);
+  void take_plane();
   void refine_point(std::size_t i);
   void count_points();
 
@@ -110,6 +111,7 @@ class StereoFrameJob {
   int points_ = 0;
   ImageU8 right_image_;
   StereoFrame* frame_ = nullptr;
+  Vec3 plane_ = Vec3(0.0, 0.0, 0.0);  ///< about the image centre, slopes per half width
   RectificationEstimator rectification_;
   FeatureExtractor right_;
   FixedVector<SearchWindow, cfg::kMaxFeatures> windows_;

@@ -680,6 +680,51 @@ void test_late_fix(void**) {
   assert_status(fix(localizer), FixStatus::kApplied);
 }
 
+/// A map that claims more boulders around here than anything has room for is cut, or refused, and said so; no
+/// unit of work is longer on it.
+void test_a_map_that_is_all_boulders(void**) {
+  constexpr int kAcross = kSanitized ? 150 : 400;
+  constexpr std::uint64_t kLongestUnit = 20000;
+  static FlightMap crowded;
+  const Vec2 centre = planar(*data.truth_rover(0)).translation();
+  std::vector<ground::TableBoulder> boulders;
+  for (int i = 0; i < kAcross * kAcross; ++i) {
+    ground::TableBoulder b{};
+    b.p_map_m = centre + 0.02 * Vec2(i % kAcross - 0.5 * kAcross, 0.5 * kAcross - i / kAcross);
+    boulders.push_back(b);
+  }
+  assert_status(crowded.make(boulders), MapStatus::kUsable);
+  for (const CorrectionMode mode : {CorrectionMode::kWhole, CorrectionMode::kWeighted}) {
+    LocalizerParams params;
+    params.correction = mode;
+    params.map_window_radius_m = params.map_fix.map_window_radius_m = 10.0;
+    params.tracks.min_sightings = 1;
+    begin(params);
+    localizer.set_map(crowded.map);
+    run(0, 2);
+    localizer.begin_fix();
+    assert_status(localizer.last_fix().status, FixStatus::kRunning);
+    std::uint64_t ops = 0;
+    for (Progress progress = Progress::kMore; progress == Progress::kMore;) {
+      WorkBudget one(1);
+      progress = localizer.step_fix(one);
+      assert_at_most(one.spent(), kLongestUnit);
+      ops += one.spent();
+      if (mode == CorrectionMode::kWhole && localizer.last_fix().map_boulders != 0) break;  // ICP's from here
+    }
+    localizer.apply_fix();
+    const FixRecord& f = localizer.last_fix();
+    if (mode == CorrectionMode::kWhole) {
+      assert_true(f.map_window_full);
+      assert_int_equal(f.map_boulders, cfg::kMaxMapWindowBoulders);
+      assert_at_most(ops, 50 * cfg::kMaxMapWindowBoulders + 100000);
+    } else if (!kSanitized) {
+      assert_status(f.status, FixStatus::kNoSearchRoom);
+    }
+  }
+  localizer.set_map(true_map.map);
+}
+
 /// A search that isn't done at the correction is neither lost nor begun anew, whether it is done before the
 /// next fix would begin or after, and its fix is of its snapshot.
 void test_fix_goes_on(void**) {
@@ -848,6 +893,7 @@ int main() {
       cmocka_unit_test(test_starts_that_are_off),
       cmocka_unit_test(test_late_fix),
       cmocka_unit_test(test_fix_goes_on),
+      cmocka_unit_test(test_a_map_that_is_all_boulders),
       cmocka_unit_test(test_local_map_forgets_over_empty_ground),
       cmocka_unit_test(test_slices_give_the_same),
   };

@@ -1,0 +1,74 @@
+// No unit of work is longer than doc/BUDGETS.md says: what a slice, however small, is held up by. A budget of
+// one operation grants one unit, so that what a step spends is that unit's cost.
+#include <algorithm>
+
+#include "integration/replay.hpp"
+
+using namespace cairn;
+using namespace cairn::test;
+
+namespace {
+
+constexpr std::size_t kFrames = kSanitized ? 3 : 31;  // with a fix in the last
+
+Localizer localizer;
+std::uint64_t longest_vo, longest_boulders, longest_fix;
+
+template <typename Step>
+void by_units(std::uint64_t& longest, const Step& step) {
+  for (Progress progress = Progress::kMore; progress == Progress::kMore;) {
+    WorkBudget one(1);
+    progress = step(one);
+    longest = std::max(longest, one.spent());
+  }
+}
+
+void drive_by_units(const LocalizerParams& params) {
+  static FlightMap map;
+  static Pair pair;
+  const ground::Dataset data = ground::Dataset::open(kSample);
+  assert_status(map.make(true_rocks(kSample)), MapStatus::kUsable);
+  assert_status(localizer.init(params, rig_of(data)), LocalizerStatus::kReady);
+  localizer.set_map(map.map);
+  assert_status(localizer.set_start(*data.truth_rover(0), 0.02, 0.004), LocalizerStatus::kReady);
+  longest_vo = longest_boulders = longest_fix = 0;
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    load(data.frames()[i], pair);
+    assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr),
+                  LocalizerStatus::kReady);
+    by_units(longest_vo, [](WorkBudget& b) { return localizer.step_vo(b); });
+    by_units(longest_boulders, [](WorkBudget& b) { return localizer.step_boulders(b); });
+  }
+  localizer.begin_fix();
+  assert_true(kSanitized || localizer.last_fix().status == FixStatus::kRunning);
+  by_units(longest_fix, [](WorkBudget& b) { return localizer.step_fix(b); });
+  localizer.apply_fix();
+  print_message("longest unit, operations: VO %llu, boulders %llu, fix %llu\n",
+                static_cast<unsigned long long>(longest_vo),
+                static_cast<unsigned long long>(longest_boulders),
+                static_cast<unsigned long long>(longest_fix));
+}
+
+void test_sample(void**) {
+  drive_by_units({});
+  assert_at_most(longest_vo, 250 * 400);    // an iteration of the refinement: pairs of the sample
+  assert_at_most(longest_boulders, 60000);  // clusters described at once
+  assert_at_most(longest_fix, 20000);
+}
+
+void test_paper_variant(void**) {
+  drive_by_units(paper_params());
+  assert_at_most(longest_vo, 250 * 400);
+  assert_at_most(longest_boulders, 120000);
+  assert_at_most(longest_fix, 25000);  // ICP's estimate from all pairs
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_sample),
+      cmocka_unit_test(test_paper_variant),
+  };
+  return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
