@@ -1,7 +1,8 @@
 #include "app/command_content.hpp"
 
 #include <cmath>
-#include <limits>
+
+#include "core/subnormal.hpp"
 
 namespace cairn::app {
 namespace {
@@ -9,9 +10,8 @@ namespace {
 bool within(double v, const Range& range) { return v >= range.least && v <= range.most; }
 
 ContentStatus judge_number(double v) {
-  if (!std::isfinite(v)) return ContentStatus::kNotFinite;
-  const bool subnormal = v != 0.0 && std::fabs(v) < std::numeric_limits<double>::min();
-  return subnormal ? ContentStatus::kSubnormal : ContentStatus::kGood;
+  if (is_subnormal(v)) return ContentStatus::kSubnormal;
+  return std::isfinite(v) ? ContentStatus::kGood : ContentStatus::kNotFinite;
 }
 
 /// The first fault of seven numbers and their length.

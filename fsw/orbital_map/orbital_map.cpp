@@ -5,6 +5,7 @@
 
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
+#include "core/subnormal.hpp"
 #include "orbital_map/cmap_format.hpp"
 
 namespace cairn {
@@ -81,6 +82,7 @@ MapStatus OrbitalMap::read_fields(std::uint32_t head_bytes) {
   head_crc_ = be::get_u32(h + head_bytes - cmap::kCrcBytes);
   quantum_m_ = quantum_um * kMicrometre;
   directory_at_ = head_bytes;
+  if (is_subnormal(origin_x_m_) || is_subnormal(origin_y_m_)) return MapStatus::kBadHeader;
   if (!within(origin_x_m_, -cmap::kMaxCoordinate, cmap::kMaxCoordinate) ||
       !within(origin_y_m_, -cmap::kMaxCoordinate, cmap::kMaxCoordinate) ||
       !within(quantum_um, cmap::kMinQuantum, cmap::kMaxQuantum) || !within(extent_x_, 1U, cmap::kMaxExtent) ||

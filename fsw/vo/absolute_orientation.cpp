@@ -7,9 +7,18 @@ namespace {
 
 using Mat4 = Eigen::Matrix<double, 4, 4>;
 
-/// One Jacobi rotation that clears a(p, q) of a symmetric matrix, gathered into v.
-void rotate(Mat4& a, Mat4& v, int p, int q) {
-  if (a(p, q) == 0.0) return;
+/// An element so small beside the largest turns no eigenvector by a bit. Left in, it would be squared by each
+/// sweep, and end as a subnormal number: what some floating-point units trap on, and others flush.
+constexpr double kNothing = 0x1p-110;
+constexpr double kLeast_m2 = 1.0e-30;
+
+/// One Jacobi rotation that clears a(p, q) of a symmetric matrix, gathered into v. An element of at most
+/// `nothing` becomes zero without one: false.
+bool rotate(Mat4& a, Mat4& v, int p, int q, double nothing) {
+  if (std::fabs(a(p, q)) <= nothing) {
+    a(p, q) = a(q, p) = 0.0;
+    return false;
+  }
   const double theta = (a(q, q) - a(p, p)) / (2.0 * a(p, q));
   const double t = (theta >= 0.0 ? 1.0 : -1.0) / (std::fabs(theta) + std::sqrt(theta * theta + 1.0));
   const double c = 1.0 / std::sqrt(t * t + 1.0);
@@ -30,6 +39,7 @@ void rotate(Mat4& a, Mat4& v, int p, int q) {
     v(k, p) = c * vp - s * vq;
     v(k, q) = s * vp + c * vq;
   }
+  return true;
 }
 
 /// Horn's symmetric matrix of the cross-covariance S(a, b) = sum from_a to_b.
@@ -64,11 +74,15 @@ OrientationStatus absolute_orientation(const Vec3* from, const Vec3* to, std::si
     }
   }
   Mat4 n = horn_matrix(s);
+  const double largest = n.cwiseAbs().maxCoeff();
+  if (!(largest >= kLeast_m2)) return OrientationStatus::kDegenerate;  // all points are one
   Mat4 v = Mat4::Identity();
   constexpr int kSweeps = 12;  // quadratic convergence: five are enough for a double
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  bool turned = true;
+  for (int sweep = 0; sweep < kSweeps && turned; ++sweep) {
+    turned = false;
     for (int p = 0; p < 3; ++p) {
-      for (int q = p + 1; q < 4; ++q) rotate(n, v, p, q);
+      for (int q = p + 1; q < 4; ++q) turned = rotate(n, v, p, q, kNothing * largest) || turned;
     }
   }
   int best = 0;

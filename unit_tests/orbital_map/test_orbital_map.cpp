@@ -229,10 +229,10 @@ void test_versions(void**) {
 
 void test_header_ranges(void**) {
   for (const std::size_t field : {std::size_t{20}, std::size_t{28}}) {
-    for (const double value : {kNaN, kInf, 1.001e8, -1.001e8}) {
+    for (const double value : {kNaN, kInf, 1.001e8, -1.001e8, 0x1p-1074, -0x1.8p-1023}) {
       assert_status(after([=](std::uint8_t* h) { be::put_f64(h + field, value); }), MapStatus::kBadHeader);
     }
-    for (const double value : {1e8, -1e8, 0.0}) {
+    for (const double value : {1e8, -1e8, 0.0, -0.0, 0x1p-1022}) {
       assert_status(after([=](std::uint8_t* h) { be::put_f64(h + field, value); }), MapStatus::kUsable);
     }
   }
