@@ -6,8 +6,8 @@
 /// their evidence adds up (registration/evidence_sum.hpp). Another one takes its place only with more
 /// evidence in one window than this one has in all, so that each is a draw of its own.
 ///
-/// No boulder counts twice. The places in `site` of those that counted are kept; a local boulder is fresh
-/// where it lies farther from each of them than
+/// No boulder counts twice, nor does one beside it: blocks of a cluster are one coincidence. The places in
+/// `site` of those that counted are kept; a local boulder is fresh where it lies farther from each of them than
 ///     kSameBoulder_m + 3 (drift + drift of yaw times its distance from the rover)
 /// drift: sum of what each stretch between two windows adds to sigma, so that a boulder that is met again on
 /// the way back is known, too.
@@ -27,7 +27,7 @@ namespace cairn {
 
 class CarriedHypothesis {
  public:
-  static constexpr double kSameBoulder_m = 0.15;  ///< about twice what tracks are merged at
+  static constexpr double kSameBoulder_m = 0.5;  ///< blocks that fell together agree or fail together
   static constexpr std::size_t kPlaces = cfg::kMaxLocalBoulders;
 
   void reset() { *this = CarriedHypothesis(); }

@@ -375,8 +375,8 @@ void Localizer::window_read() {
 void Localizer::begin_map_fix() {
   fix_.lost = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
   fix_odds_ = confirmed_by_fix_ && trust_.state() == Trust::kConfirmed ? params_.track_log_odds : 0.0;
-  const bool fresh = carried_.mark(local_map_, fix_pivot_site_m_) >= kFresh;
-  const FixStage first = fresh && carried_.alive() ? FixStage::kConfirm : FixStage::kSearch;
+  const bool fresh = carried_.alive() && carried_.mark(local_map_, fix_pivot_site_m_) >= kFresh;
+  const FixStage first = fresh ? FixStage::kConfirm : FixStage::kSearch;
   const MapFixStatus status = start_stage(first, local_map_);
   if (status != MapFixStatus::kRunning) finish_fix(fix_status(status));
 }
@@ -425,7 +425,7 @@ void Localizer::carry_on(FixStatus status) {
   const double to_beat = carried_.alive() ? carried_.sum().log_ratio() : kWorthIt;
   const bool searched = fix_stage_ == FixStage::kSearch;
   if (searched && status == FixStatus::kApplied) carried_.reset();
-  if (searched && poor && result.verdict.log_ratio > to_beat)
+  if (params_.add_windows && searched && poor && result.verdict.log_ratio > to_beat)
     carried_.begin(result.verdict, result.T_map_site, result.posterior, map_fix_.local());
   const EvidenceSum& sum = carried_.sum();
   fix_.windows = static_cast<std::uint8_t>(sum.windows() < UINT8_MAX ? sum.windows() : UINT8_MAX);

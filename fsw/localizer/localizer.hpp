@@ -82,6 +82,9 @@ struct LocalizerParams {
   /// the right pose.
   double track_log_odds = cfg::kMission.track_log_odds;
   double map_window_radius_m = cfg::kMission.map_window_radius_m;
+  /// Whether evidence of windows that are too poor alone adds up to a proof. Not until it holds on lattices
+  /// of another place, too: three sums of 23,500 were false there (adr/0008-verdict-on-a-fix.md).
+  bool add_windows = false;
 };
 
 /// The paper's own choices throughout, for comparison: plain keypoints and absolute orientation, regions

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "bench/point_sets.hpp"
+#include "localizer/carried_hypothesis.hpp"
 #include "registration/evidence_sum.hpp"
 #include "registration/icp.hpp"
 #include "registration/pose_search.hpp"
@@ -109,8 +110,15 @@ void search(Engines& e, const Cell& cell, Outcome& o) {
   if (again.accepted) o = again;
 }
 
-/// Three windows of a third of the boulders each, the pose carried from one to the next
-/// with odometry's noise.
+/// Whether one of `counted` lies as near as the flight module takes for the same boulder.
+bool has_counted(const LocalMap& counted, const LocalBoulder& b) {
+  return std::any_of(counted.begin(), counted.end(), [&](const LocalBoulder& other) {
+    return (other.p_site_m - b.p_site_m).norm() <= CarriedHypothesis::kSameBoulder_m;
+  });
+}
+
+/// Three windows of a third of the boulders each, the pose carried from one to the next with odometry's
+/// noise; later ones without the boulders that count as seen (localizer/carried_hypothesis.hpp).
 void in_windows(Engines& e, const Cell& cell, Outcome& o) {
   Trial& t = e.trial;
   const LocalMap all = t.local;
@@ -120,9 +128,15 @@ void in_windows(Engines& e, const Cell& cell, Outcome& o) {
   PoseSearchParams p;
   p.evidence.sigma_pair_m = sigma_pair_m;
   constexpr std::size_t kWindows = 3;
+  static thread_local LocalMap counted;
+  counted.clear();
   for (std::size_t w = 0; w < kWindows; ++w) {
     t.local.clear();
-    for (std::size_t i = w; i < all.size(); i += kWindows) (void)t.local.push_back(all[i]);
+    for (std::size_t i = w; i < all.size(); i += kWindows) {
+      if (!has_counted(counted, all[i])) (void)t.local.push_back(all[i]);
+    }
+    for (const LocalBoulder& b : t.local) (void)counted.push_back(b);
+    if (w > 0 && t.local.empty()) break;
     o.search = e.search.start(p, t.map, t.window_m, t.local, pose, t.pivot_site_m, covariance);
     WorkBudget budget = WorkBudget::unlimited();
     if (o.search == SearchStatus::kRunning) (void)e.search.step(budget);

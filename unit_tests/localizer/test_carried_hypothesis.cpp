@@ -62,7 +62,10 @@ void test_no_boulder_counts_twice(void**) {
   h.add(poor(1.0), h.T_map_site(), covariance, local);
   assert_int_equal(h.mark(local, Vec2(0.0, 0.0)), 0);
 
-  LocalMap aside = boulders(0.3, 1);
+  LocalMap beside = boulders(0.3, 1);  // a block of the same cluster
+  assert_int_equal(h.mark(beside, Vec2(0.0, 0.0)), 0);
+  LocalMap aside = boulders(0.5, 1);
+  aside[0].p_site_m.y() = 0.2;
   assert_int_equal(h.mark(aside, Vec2(0.0, 0.0)), 1);
   for (int k = 0; k < 5; ++k) carry(h, driven(2.0));
   assert_true(h.alive());
