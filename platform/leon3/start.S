@@ -145,5 +145,5 @@ board_halt_fail:                      /* any other trap with ET=0: error mode ->
     nop
     .section .rodata
     .align 4
-fsr0: .word 0
+fsr0: .word 0x00400000             /* NS: underflow to zero, no trap on subnormal operands; nearest; no traps */
     .section .note.GNU-stack,"",@progbits

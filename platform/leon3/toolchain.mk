@@ -1,8 +1,10 @@
 # LEON3 (SPARC V8), bare metal. Debian's 64-bit SPARC cross compiler with -m32, and newlib; runs on
 # QEMU's generic LEON3.
 # Images must be pure V8: libgcc_v8.c stands in for the parts of libgcc that are not.
+# ERRATA=gr712rc|ut700|ut699|at697f has the compiler go round that part's errata (doc/guide/integration.md).
+ERRATA        ?=
 TRIPLE        := sparc64-linux-gnu-
-CPU           := -m32 -mcpu=leon3 -fno-pic
+CPU           := -m32 -mcpu=leon3 -fno-pic $(ERRATA:%=-mfix-%)
 NEWLIB_TARGET := sparc-leon3-elf
 NEWLIB_CPU    := -m32 -mcpu=leon3
 NEWLIB_DEFS   :=
