@@ -7,7 +7,7 @@
 /// evidence in one window than this one has in all, so that each is a draw of its own.
 ///
 /// No boulder counts twice, nor does one beside it: blocks of a cluster are one coincidence. The places in
-/// `site` of those that counted are kept; a local boulder is fresh where it lies farther from each of them than
+/// `site` of those that counted are kept; a local boulder is fresh where it lies farther from each than
 ///     kSameBoulder_m + 3 (drift + drift of yaw times its distance from the rover)
 /// drift: sum of what each stretch between two windows adds to sigma, so that a boulder that is met again on
 /// the way back is known, too.
