@@ -102,13 +102,13 @@ SDK_BOARD    := $(wildcard $(addprefix platform/,$(addprefix $(TARGET)/*.,c S s 
 SDK_FLAGS    := -std=% -ffp-contract=% -fno-math-errno -fno-exceptions -fno-rtti -fno-threadsafe-statics -DEIGEN%
 RUN           = $(if $(BARE),$(patsubst $(or $(BARE_BOARD),-),$${board}/boot.elf,$(call run_image,IMAGE)))
 
-TOOL_LIBS    := -lgdal -lembree3 -lmpi
+TOOL_LIBS    := -lgdal -lembree3 -lmpi -lyaml-cpp
 OPENCV_LIBS  := -lopencv_features2d -lopencv_calib3d -lopencv_imgproc -lopencv_core
 OPENCV_INC   := -isystem /usr/include/opencv4
 
 # ---- packages of Debian 12 -----------------------------------------------------------------------------------------
 DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohmann-json3-dev libtomlplusplus-dev \
-              libembree-dev libopenmpi-dev openmpi-bin
+              libembree-dev libopenmpi-dev openmpi-bin libyaml-cpp-dev
 DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev \
               qemu-user
 DEPS_CHECK := clang-format clang-tidy cppcheck python3 clang libclang-rt-dev eslint

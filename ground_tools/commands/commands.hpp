@@ -8,6 +8,7 @@ namespace cairn::ground {
 void add_map_commands(CLI::App& app);      ///< cairn map ...   (cmd_map.cpp)
 void add_fix_command(CLI::App& app);       ///< cairn fix   (cmd_fix.cpp)
 void add_run_command(CLI::App& app);       ///< cairn run ...   (cmd_run.cpp)
+void add_rig_command(CLI::App& app);       ///< cairn rig   (cmd_rig.cpp)
 void add_sim_command(CLI::App& app);       ///< cairn sim   (cmd_sim.cpp)
 void add_table_command(CLI::App& app);     ///< cairn table   (cmd_table.cpp)
 void add_report_command(CLI::App& app);    ///< cairn report   (cmd_report.cpp)
