@@ -16,12 +16,13 @@ struct Line {
   std::string_view text;
 };
 
-/// Without empty lines and comments.
+/// Without a byte order mark, empty lines and comments.
 std::vector<Line> lines_of(const std::vector<std::uint8_t>& bytes) {
   std::vector<Line> lines;
   int number = 0;
-  for (const std::string_view text :
-       split({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, '\n')) {
+  std::string_view all(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (all.substr(0, 3) == "\xEF\xBB\xBF") all.remove_prefix(3);
+  for (const std::string_view text : split(all, '\n')) {
     ++number;
     const std::size_t first = text.find_first_not_of(" \t\r,");
     if (first != std::string_view::npos && text[first] != '#') lines.push_back({number, text});
@@ -145,9 +146,6 @@ CsvTable::CsvTable(std::filesystem::path path, std::string mend)
     : path_(std::move(path)), mend_(std::move(mend)), text_(read_file(path_)) {
   if (text_.size() > 1 && ((text_[0] == 0xFF && text_[1] == 0xFE) || (text_[0] == 0xFE && text_[1] == 0xFF)))
     throw ToolError("{}: is text of 16 bits a character; save it as CSV in UTF-8", path_.string());
-  constexpr std::uint8_t kByteOrderMark[] = {0xEF, 0xBB, 0xBF};
-  if (text_.size() >= 3 && std::equal(kByteOrderMark, kByteOrderMark + 3, text_.begin()))
-    std::fill_n(text_.begin(), 3, std::uint8_t{' '});
   const std::vector<Line> lines = lines_of(text_);
   if (lines.empty()) throw ToolError("{}: is empty; its first line must name the columns", path_.string());
   const char separator = separator_of(lines[0].text);
