@@ -51,7 +51,7 @@ FLIGHT_WARN := -Wpedantic -Wconversion -Wsign-conversion -Wold-style-cast -Wcast
 # Flight code: no exceptions, RTTI, guarded statics, stack protector; a section a function, so that unused code goes.
 FLIGHT  := $(COMMON) $(FLIGHT_WARN) -g $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) \
            -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
-           -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su
+           -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su -fno-partial-inlining
 # Lines only: whole debug information of templates is a quarter of the time to build.
 GROUND  := $(COMMON) -g1 $(if $(SAN),-O1,-O2) -Iground_tools
 BARE_CXX := $(if $(BARE),-fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)

@@ -30,7 +30,7 @@ class CarriedHypothesis {
   static constexpr double kSameBoulder_m = 0.5;  ///< blocks that fell together agree or fail together
   static constexpr std::size_t kPlaces = cfg::kMaxLocalBoulders;
 
-  void reset() { *this = CarriedHypothesis(); }
+  void reset();
   bool alive() const { return sum_.windows() > 0; }
   /// From a window's best pose; `covariance` of the rover's x, y and of yaw in map.
   void begin(const Verdict& window, const Pose2& T_map_site, const Mat3& covariance, const LocalMap& local);
