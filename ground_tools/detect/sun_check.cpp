@@ -251,8 +251,9 @@ SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& su
 
 bool SunGuess::is_sure() const {
   const int these = finds_are_alike() ? boulders : finds;
-  const int those = finds_are_alike() ? opposite_boulders : opposite;
-  return these >= 20 && these - those > 2.5 * std::sqrt(static_cast<double>(these + those));
+  const int those = finds_are_alike() ? rival_boulders : rival;
+  return these >= 20 && 3 * these > 4 * those &&
+         these - those > 2.5 * std::sqrt(static_cast<double>(these + those));
 }
 
 SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevation_rad) {
@@ -284,6 +285,11 @@ SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevat
     guess.boulders = at(i).boulders;
     guess.opposite = at(i + kAzimuths / 2).finds;
     guess.opposite_boulders = at(i + kAzimuths / 2).boulders;
+    guess.rival = guess.rival_boulders = 0;
+    for (int k = kAzimuths / 3; k <= 2 * kAzimuths / 3; ++k) {
+      guess.rival = std::max(guess.rival, at(i + k).finds);
+      guess.rival_boulders = std::max(guess.rival_boulders, at(i + k).boulders);
+    }
   };
   int best = 0;
   for (int i = 1; i < kAzimuths; ++i)

@@ -42,9 +42,12 @@ struct SunGuess {
   int opposite = 0;  ///< and with the opposite azimuth
   int boulders = 0;  ///< of them
   int opposite_boulders = 0;
+  int rival = 0;  ///< most finds with any azimuth that is 120 degrees and more away
+  int rival_boulders = 0;
 
-  /// At least 20, and 2.5 standard deviations of a fair coin more than the other way round: of the finds, or
-  /// of the boulders where the finds are alike.
+  /// At least 20, and clearly more than any other direction gives: a third, and 2.5 standard deviations of a
+  /// fair coin. Of the finds, or of the boulders where the finds are alike with the opposite azimuth. On
+  /// slopes and ripples many directions give about as much.
   bool is_sure() const;
   bool finds_are_alike() const { return 10 * opposite > 9 * finds && 9 * opposite < 10 * finds; }
 };

@@ -96,11 +96,13 @@ void test_sun_by_the_image(void**) {
   }
   draw(0, 0.0);
   assert_false(guess_of(0.0).is_sure());
-  assert_true((SunGuess{{}, 60, 20, 0, 0}.is_sure()));
-  assert_false((SunGuess{{}, 60, 50, 60, 0}.is_sure()));
-  assert_true((SunGuess{{}, 60, 58, 50, 10}.is_sure()));
-  assert_false((SunGuess{{}, 60, 58, 20, 18}.is_sure()));
-  assert_false((SunGuess{{}, 12, 0, 12, 0}.is_sure()));
+  assert_true((SunGuess{{}, 60, 20, 0, 0, 20, 0}.is_sure()));
+  assert_false((SunGuess{{}, 60, 20, 0, 0, 55, 0}.is_sure()));  // a third direction gives as much
+  assert_false((SunGuess{{}, 600, 300, 0, 0, 480, 0}.is_sure()));
+  assert_false((SunGuess{{}, 60, 50, 60, 0, 50, 0}.is_sure()));
+  assert_true((SunGuess{{}, 60, 58, 50, 10, 58, 12}.is_sure()));
+  assert_false((SunGuess{{}, 60, 58, 20, 18, 58, 18}.is_sure()));
+  assert_false((SunGuess{{}, 12, 0, 12, 0, 0, 0}.is_sure()));
 }
 
 }  // namespace
