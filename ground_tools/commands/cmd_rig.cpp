@@ -65,8 +65,9 @@ void run(RigOptions options) {
     for (const std::string& note : pair.notes) fmt::print("note      {}\n", note);
     if (why_not.empty()) {
       const StereoRig rig = rectified_rig(pair);
-      fmt::print("rectified: images of it can be flown; as calib.txt: {:.6f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
-                 rig.fx_px, rig.fy_px, rig.cx_px, rig.cy_px, rig.baseline_m);
+      fmt::print(
+          "rectified, as far as a calibration can tell; as calib.txt: {:.6f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
+          rig.fx_px, rig.fy_px, rig.cx_px, rig.cy_px, rig.baseline_m);
     } else {
       fmt::print("not rectified: {}; rectify the images first\n", why_not);
     }

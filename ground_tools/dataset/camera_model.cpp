@@ -9,6 +9,8 @@ namespace cairn::ground {
 namespace {
 
 constexpr double kMostBaseline_m = 10.0;
+constexpr double kMostPixels = 1.0e5;  // of a focal length, and of a principal point
+constexpr double kMostAspect = 2.0;    // of focal lengths: pixels that are oblong
 constexpr double kMostOffRow_m = 0.05;
 
 /// The factor of the radius squared.
@@ -125,6 +127,13 @@ std::string fault_of_camera(const CameraModel& c, const char* side) {
     return fmt::format(
         "the {} camera's intrinsics ({:g} {:g} {:g} {:g}) look normalised by the image's size; give pixels: "
         "multiply fx and cx by the width, fy and cy by the height",
+        side, c.fx_px, c.fy_px, c.cx_px, c.cy_px);
+  }
+  if (std::max({c.fx_px, c.fy_px, std::fabs(c.cx_px), std::fabs(c.cy_px)}) > kMostPixels ||
+      std::max(c.fx_px, c.fy_px) > kMostAspect * std::min(c.fx_px, c.fy_px)) {
+    return fmt::format(
+        "the {} camera's intrinsics ({:g} {:g} {:g} {:g}) are no camera's; fx, fy, cx and cy are asked for, in "
+        "pixels",
         side, c.fx_px, c.fy_px, c.cx_px, c.cy_px);
   }
   if (c.width_px > 0 &&

@@ -80,8 +80,9 @@ double baseline_m(const CameraPair& pair);
 /// left one's x axis (0.05 m beside it are let pass: KITTI's projections).
 std::string why_not_rectified(const CameraPair& pair);
 /// What a calibration is surely wrong in, with the mend; empty where nothing is: numbers that are not finite,
-/// focal lengths of 0, intrinsics that were normalised, a principal point outside of the image, a baseline of
-/// more than 10 m (millimetres, or the product with the focal length) or none, cameras that are swapped.
+/// focal lengths of 0, of more than 1e5 px or one of twice the other, intrinsics that were normalised, a
+/// principal point outside of the image, a baseline of more than 10 m (millimetres, or the product with the
+/// focal length) or none, cameras that are swapped.
 std::string fault_of(const CameraPair& pair);
 
 /// The rig that flight code is told. Asks for a rectified pair.

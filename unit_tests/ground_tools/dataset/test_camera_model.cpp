@@ -168,6 +168,8 @@ void test_faults_and_what_is_not_rectified(void**) {
   };
   with([](CameraPair& p) { p.left.fx_px = NAN; }, "left camera holds a number that is not finite", "");
   with([](CameraPair& p) { p.right.fy_px = 0.0; }, "above 0", "focal lengths differ");
+  with([](CameraPair& p) { p.left.fx_px = p.left.fy_px = 1.0e200; }, "no camera's", "differ");
+  with([](CameraPair& p) { p.right.fy_px = 2.5 * p.right.fx_px; }, "no camera's", "differ");
   with([](CameraPair& p) { p.left.fx_px = p.left.fy_px = 0.8, p.left.cx_px = p.left.cy_px = 0.5; },
        "normalised", "differ");
   with([](CameraPair& p) { p.right.cx_px = 2555.0; }, "right camera's principal point (2555, 238) is outside",
