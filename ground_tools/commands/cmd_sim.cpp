@@ -70,7 +70,8 @@ void simulate(const SimOptions& options) {
 void add_sim_command(CLI::App& app) {
   const auto options = std::make_shared<SimOptions>();
   CLI::App* command = app.add_subcommand(
-      "sim", "Render a simulated drive over a boulder field: stereo pairs, orthoimages, truth");
+      "sim",
+      "Render a simulated drive over a field of boulders and craters: stereo pairs, orthoimages, truth");
   command->add_option("scene", options->scene,
                       "the scene, TOML (keys: doc/guide/simulator.md); default: the paper's");
   command->add_option("--set", options->sets,

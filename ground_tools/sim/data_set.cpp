@@ -70,14 +70,22 @@ std::string rocks_text(const World& world) {
   return text;
 }
 
+std::string craters_text(const World& world) {
+  std::string text = "x,y,diameter,depth,rim,degradation\n";
+  for (const Crater& c : world.terrain().craters())
+    text += fmt::format("{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.3f}\n", c.p_map_m.x(), c.p_map_m.y(),
+                        c.diameter_m, c.depth_m, c.rim_m, c.degradation);
+  return text;
+}
+
 }  // namespace
 
 void check_same_scene(const Scene& scene, const fs::path& folder) {
   const fs::path record = folder / "scene.toml";
   std::error_code ignored;
   if (!fs::exists(record, ignored)) return;
-  const std::vector<std::uint8_t> bytes = read_file(record);
-  if (std::string(bytes.begin(), bytes.end()) != to_toml(scene))
+  // A record of before some key was there means that key's default.
+  if (to_toml(load_scene(record)) != to_toml(scene))
     throw ToolError("{}: describes another scene; give another folder, or remove this one", record.string());
 }
 
@@ -94,6 +102,7 @@ void write_truth(const World& world, const fs::path& folder) {
   write_file(folder / "truth_left_camera.tum", to_tum(cameras));
   write_file(folder / "truth_rover.txt", rover_text(world));
   write_file(folder / "truth_rocks.csv", rocks_text(world));
+  if (!world.terrain().craters().empty()) write_file(folder / "truth_craters.csv", craters_text(world));
   write_file(folder / "scene.toml", to_toml(world.scene()));
 }
 

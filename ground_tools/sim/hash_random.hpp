@@ -5,7 +5,9 @@
 /// mix 13) over its arguments, so each of them, and their order, matters. Some 5 ns a call.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace cairn::ground::sim {
@@ -26,6 +28,7 @@ enum class Stream : std::uint64_t {
   kOrtho,
   kCampaign,
   kTrouble,
+  kCraters,
 };
 
 constexpr std::uint64_t mix(std::uint64_t x) {
@@ -77,5 +80,15 @@ class Draw {
   std::uint64_t h_;
   std::uint64_t count_ = 0;
 };
+
+/// A number of a Poisson law of this mean: the normal approximation beyond 50.
+inline std::size_t poisson(Draw& draw, double mean) {
+  if (mean > 50.0)
+    return static_cast<std::size_t>(std::max(0.0, std::round(mean + std::sqrt(mean) * draw.normal())));
+  const double end = std::exp(-mean);
+  std::size_t n = 0;
+  for (double p = draw.uniform(); p > end; p *= draw.uniform()) ++n;
+  return n;
+}
 
 }  // namespace cairn::ground::sim

@@ -163,16 +163,6 @@ RockShape make_shape(const Scene& scene, std::size_t number, int levels) {
 
 // ---- places -----------------------------------------------------------------------------------------------
 
-/// A number of a Poisson law of this mean: the normal approximation beyond 50.
-std::size_t poisson(Draw& draw, double mean) {
-  if (mean > 50.0)
-    return static_cast<std::size_t>(std::max(0.0, std::round(mean + std::sqrt(mean) * draw.normal())));
-  const double end = std::exp(-mean);
-  std::size_t n = 0;
-  for (double p = draw.uniform(); p > end; p *= draw.uniform()) ++n;
-  return n;
-}
-
 /// Diameters of the law between two bounds, for a uniform number: by a table of the cumulated law.
 class SizeLaw {
  public:
@@ -300,7 +290,7 @@ std::vector<Rock> place_rocks(const Scene& scene, const Terrain& terrain,
   for (const Class& c :
        {Class{Stream::kRocks, law.min_diameter_m, law.max_diameter_m, 1.0},
         Class{Stream::kPebbles, law.pebble_min_diameter_m, law.min_diameter_m, law.pebbles}}) {
-    if (!(c.to_m > c.from_m) || c.share <= 0.0) continue;
+    if (!(c.to_m > c.from_m) || c.share <= 0.0 || law.k <= 0.0) continue;
     Draw draw(scene.seed, c.stream, 2);
     const SizeLaw size(law.k, c.from_m, c.to_m);
     const std::size_t count = poisson(draw, c.share * area * rocks_per_m2(law.k, c.from_m, c.to_m));

@@ -10,12 +10,14 @@
 #include "base/layered_toml.hpp"
 #include "base/waypoints.hpp"
 #include "core/trig.hpp"
+#include "sim/craters.hpp"
 #include "sim/traverse.hpp"
 
 namespace cairn::ground::sim {
 namespace {
 
 constexpr double kMaxFrames = 200000;
+constexpr double kMostCraters = 100000;
 
 struct KindName {
   TraverseKind kind;
@@ -67,9 +69,22 @@ void visit_site(V& v, Site& s) {
 }
 
 template <typename V>
+void visit_craters(V& v, Craters& c) {
+  v.section("craters");
+  v.number("k", c.k, 0.0, 1.0e5);
+  v.number("b", c.b, 0.5, 5.0);
+  v.number("min_diameter_m", c.min_diameter_m, 0.2, 500.0);
+  v.number("max_diameter_m", c.max_diameter_m, 0.2, 500.0);
+  v.number("depth", c.depth, 0.0, 0.4);
+  v.number("rim", c.rim, 0.0, 0.1);
+  v.number("min_degradation", c.min_degradation, 0.0, 1.0);
+  v.number("max_degradation", c.max_degradation, 0.0, 1.0);
+}
+
+template <typename V>
 void visit_rocks(V& v, Rocks& r) {
   v.section("rocks");
-  v.number("k", r.k, 0.02, 0.30);
+  v.number("k", r.k, 0.0, 0.30);
   v.number("min_diameter_m", r.min_diameter_m, 0.02, 1.0);
   v.number("max_diameter_m", r.max_diameter_m, 0.02, 10.0);
   v.number("pebble_min_diameter_m", r.pebble_min_diameter_m, 0.005, 1.0);
@@ -152,8 +167,32 @@ void read_site(LayeredToml& reader, Site& site) {
   if (!has_origin) site.origin_y_m = -site.height_m;
 }
 
+void read_craters(LayeredToml& reader, const Site& site, Craters& craters) {
+  visit_craters(reader, craters);
+  if (craters.min_diameter_m >= craters.max_diameter_m) {
+    reader.fail(
+        "min_diameter_m",
+        fmt::format("= {} is not below max_diameter_m = {}", craters.min_diameter_m, craters.max_diameter_m),
+        "max_diameter_m");
+  }
+  if (craters.min_degradation > craters.max_degradation) {
+    reader.fail(
+        "min_degradation",
+        fmt::format("= {} is above max_degradation = {}", craters.min_degradation, craters.max_degradation),
+        "max_degradation");
+  }
+  const double count = craters_expected(craters, site);
+  if (count > kMostCraters) {
+    reader.fail("k", fmt::format("= {}: {:.0f} craters on this site, more than {:.0f}; lower it, or raise "
+                                 "min_diameter_m",
+                                 craters.k, count, kMostCraters));
+  }
+}
+
 void read_rocks(LayeredToml& reader, Rocks& rocks) {
   visit_rocks(reader, rocks);
+  if (rocks.k > 0.0 && rocks.k < 0.005)
+    reader.fail("k", fmt::format("= {}: the law asks for 0.005 and more; or 0 for no rocks", rocks.k));
   if (rocks.min_diameter_m >= rocks.max_diameter_m) {
     reader.fail(
         "min_diameter_m",
@@ -397,6 +436,7 @@ TomlKeys all_keys() {
   keys.add("seed");
   visit_site(keys, scene.site);
   keys.add("size_m");
+  visit_craters(keys, scene.craters);
   visit_rocks(keys, scene.rocks);
   visit_sun(keys, "sun", scene.sun);
   visit_sun(keys, "ortho_sun", scene.ortho_sun);
@@ -448,6 +488,7 @@ Scene load_scene(const std::filesystem::path& path, const std::vector<std::strin
   reader.section("");
   reader.whole("seed", scene.seed, 0, std::numeric_limits<std::int64_t>::max());
   read_site(reader, scene.site);
+  read_craters(reader, scene.site, scene.craters);
   read_rocks(reader, scene.rocks);
   visit_sun(reader, "sun", scene.sun);
   scene.ortho_sun = scene.sun;
@@ -463,6 +504,7 @@ std::string to_toml(const Scene& scene) {
   Writer writer;
   writer.text_ = fmt::format("seed = {}\n", s.seed);
   visit_site(writer, s.site);
+  visit_craters(writer, s.craters);
   visit_rocks(writer, s.rocks);
   visit_sun(writer, "sun", s.sun);
   visit_sun(writer, "ortho_sun", s.ortho_sun);

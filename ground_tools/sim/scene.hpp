@@ -2,8 +2,8 @@
 /// follows from a Scene alone. Defaults are the paper's set-up (METHOD section IV).
 ///
 /// A scene is read from TOML; doc/guide/simulator.md tells each key, unit and range. Keys are
-/// named as the members here, in the sections [site], [rocks], [sun], [ortho_sun], [camera], [rig],
-/// [traverse]; `seed` stands before the first. Frames: map (x east, y north, z up), as doc/FRAMES.md has it.
+/// named as the members here, in the sections [site], [craters], [rocks], [sun], [ortho_sun], [camera],
+/// [rig], [traverse]; `seed` stands before the first. Frames: map (x east, y north, z up; doc/FRAMES.md).
 #pragma once
 
 #include <cstdint>
@@ -37,10 +37,23 @@ struct Site {
   double patch_size_m = 2.0;       ///< of a typical patch
 };
 
+/// Craters: N(>D) = k D^-b a hectare, D in metres, between the smallest and the largest. How one looks:
+/// craters.hpp.
+struct Craters {
+  double k = 0.0;  ///< 0: none
+  double b = 2.0;
+  double min_diameter_m = 1.0;
+  double max_diameter_m = 20.0;
+  double depth = 0.16;           ///< of a fresh one's floor below the ground around it, over the diameter
+  double rim = 0.04;             ///< of its crest above that ground, over the diameter
+  double min_degradation = 0.0;  ///< 0: fresh; uniform between these two
+  double max_degradation = 1.0;  ///< 1: worn, a dell
+};
+
 /// Rocks after Golombek and Rapp (1997): share of the ground under rocks of diameter D and more is
 /// k exp(-q D), q = 1.79 + 0.152/k. Pebbles continue the law below min_diameter_m.
 struct Rocks {
-  double k = 0.07;
+  double k = 0.07;  ///< 0: none
   double min_diameter_m = 0.05;
   double max_diameter_m = 2.0;
   double pebble_min_diameter_m = 0.012;
@@ -117,6 +130,7 @@ struct Traverse {
 struct Scene {
   std::uint64_t seed = 1;
   Site site;
+  Craters craters;
   Rocks rocks;
   Sun sun;        ///< of the ground images
   Sun ortho_sun;  ///< of the orthoimage; as `sun` where the scene says nothing

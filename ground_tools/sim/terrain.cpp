@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.hpp"
 #include "core/trig.hpp"
 #include "sim/lattice_noise.hpp"
 
@@ -47,7 +48,8 @@ Terrain::Terrain(const Scene& scene)
     : x0_(scene.site.origin_x_m),
       y0_(scene.site.origin_y_m),
       columns_(samples(scene.site.width_m, kSpacing_m)),
-      rows_(samples(scene.site.height_m, kSpacing_m)) {
+      rows_(samples(scene.site.height_m, kSpacing_m)),
+      craters_(make_craters(scene)) {
   make_heights(scene);
   make_slopes();
   make_patches(scene);
@@ -69,6 +71,7 @@ void Terrain::make_heights(const Scene& scene) {
       field.add(Stream::kRelief, w, kLumpSlope * w / (2.0 * kPi));
   }
   heights_ = std::move(field.values);
+  add_craters();
   if (site.ripple_height_m <= 0.0) return;
 
   Field bend(scene, kSpacing_m, columns_, rows_);
@@ -88,6 +91,27 @@ void Terrain::make_heights(const Scene& scene) {
       heights_[k] += static_cast<float>(0.5 * site.ripple_height_m * share * std::sin(phase));
     }
   }
+}
+
+void Terrain::add_craters() {
+  if (craters_.empty()) return;
+  constexpr std::size_t kBand = 64;
+  parallel_for((rows_ + kBand - 1) / kBand, [&](std::size_t band) {
+    const std::size_t end = std::min(rows_, (band + 1) * kBand);
+    for (const Crater& crater : craters_) {
+      const double reach = 0.5 * kCraterReach * crater.diameter_m / kSpacing_m;
+      const double x = (crater.p_map_m.x() - x0_) / kSpacing_m;
+      const double y = (crater.p_map_m.y() - y0_) / kSpacing_m;
+      const auto from = [](double low) { return static_cast<std::size_t>(std::max(0.0, std::ceil(low))); };
+      for (std::size_t j = std::max(band * kBand, from(y - reach));
+           j < end && static_cast<double>(j) <= y + reach; ++j) {
+        for (std::size_t i = from(x - reach); i < columns_ && static_cast<double>(i) <= x + reach; ++i) {
+          const Vec2 off(static_cast<double>(i) - x, static_cast<double>(j) - y);
+          heights_[j * columns_ + i] += static_cast<float>(crater_height_m(crater, kSpacing_m * off));
+        }
+      }
+    }
+  });
 }
 
 void Terrain::make_slopes() {

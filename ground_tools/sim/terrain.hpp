@@ -1,13 +1,14 @@
 /// The bare ground of a simulated site: its heights, its slopes and how bright its soil is.
 ///
 /// Heights: hills (octaves of noise from the relief's wavelength down to 1 m, each half as long with 0.4 of
-/// the height), lumps (octaves below 0.5 m, 3.5 degrees of slope each) and ripples that come and go. What is
-/// finer than the grid is shading alone (texture.hpp).
+/// the height), lumps (octaves below 0.5 m, 3.5 degrees of slope each), craters (craters.hpp) and ripples
+/// that come and go. What is finer than the grid is shading alone (texture.hpp).
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
+#include "sim/craters.hpp"
 #include "sim/scene.hpp"
 
 namespace cairn::ground::sim {
@@ -28,6 +29,9 @@ class Terrain {
   /// Strength of grain and lumps, about 1, by patches.
   float roughness(float x_m, float y_m) const;
 
+  /// The largest first.
+  const std::vector<Crater>& craters() const { return craters_; }
+
   // The grid, frame map: sample (i, j) stands at origin + kSpacing_m * (i, j), y to the north.
   std::size_t columns() const { return columns_; }
   std::size_t rows() const { return rows_; }
@@ -42,6 +46,7 @@ class Terrain {
   };
   Cell locate(float x_m, float y_m) const;
   void make_heights(const Scene& scene);
+  void add_craters();
   void make_slopes();
   void make_patches(const Scene& scene);
 
@@ -49,6 +54,7 @@ class Terrain {
   double y0_;
   std::size_t columns_;
   std::size_t rows_;
+  std::vector<Crater> craters_;
   std::vector<float> heights_;
   std::vector<float> slopes_;  ///< dh/dx, dh/dy, a pair a sample
 

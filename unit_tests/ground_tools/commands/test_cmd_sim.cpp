@@ -99,6 +99,7 @@ void test_refusals(void**) {
   check_refused(kSmall + " --set rocks.k=0.5" + out("no"), "rocks.k", "0.3");
   check_refused(kSmall + " --set rig.baseline_m=0" + out("no"), "baseline_m", "");
   check_refused(kSmall + " --set rig.pitch_down_deg=-60" + out("no"), "rig", "ground");
+  check_refused(kSmall + " --set craters.k=-1" + out("no"), "craters.k", "0 to");
   check_refused(kSmall + " --frames 7:9" + out("no"), "--frames", "0:4");
   check_refused(kSmall + " --ortho 0" + out("no"), "ortho", "0.001");
   check_refused(kSmall + " --ortho 9" + out("no"), "ortho", "site");

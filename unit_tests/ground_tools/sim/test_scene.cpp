@@ -56,6 +56,8 @@ void test_every_key_is_read(void**) {
       "[site]\norigin_x_m = -5\norigin_y_m = 7.5\nwidth_m = 60\nheight_m = 50.5\nrelief_rms_m = 0.1\n"
       "relief_wavelength_m = 12\nripple_height_m = 0.02\nripple_wavelength_m = 0.3\nripple_azimuth_deg = 10\n"
       "albedo = 0.2\ntexture_contrast = 0.3\npatch_contrast = 0.4\npatch_size_m = 1.5\n"
+      "[craters]\nk = 250\nb = 2.5\nmin_diameter_m = 0.5\nmax_diameter_m = 15\ndepth = 0.12\nrim = 0.03\n"
+      "min_degradation = 0.25\nmax_degradation = 0.75\n"
       "[rocks]\nk = 0.3\nmin_diameter_m = 0.04\nmax_diameter_m = 1\npebble_min_diameter_m = 0.02\npebbles = "
       "0.5\n"
       "burial = 0.1\nalbedo = 0.3\nalbedo_spread = 0.1\nclear_path = false\nclear_height_m = 0.2\n"
@@ -76,6 +78,9 @@ void test_every_key_is_read(void**) {
   assert_true(site.relief_rms_m == 0.1 && site.relief_wavelength_m == 12.0 && site.ripple_height_m == 0.02);
   assert_true(site.ripple_wavelength_m == 0.3 && site.ripple_azimuth_deg == 10.0 && site.albedo == 0.2);
   assert_true(site.texture_contrast == 0.3 && site.patch_contrast == 0.4 && site.patch_size_m == 1.5);
+  const Craters& cr = s.craters;
+  assert_true(cr.k == 250.0 && cr.b == 2.5 && cr.min_diameter_m == 0.5 && cr.max_diameter_m == 15.0);
+  assert_true(cr.depth == 0.12 && cr.rim == 0.03 && cr.min_degradation == 0.25 && cr.max_degradation == 0.75);
   const Rocks& r = s.rocks;
   assert_true(r.k == 0.3 && r.min_diameter_m == 0.04 && r.max_diameter_m == 1.0);
   assert_true(r.pebble_min_diameter_m == 0.02 && r.pebbles == 0.5 && r.burial == 0.1 && r.albedo == 0.3);
@@ -334,7 +339,11 @@ void test_refuses_what_is_out_of_range(void**) {
     const char* key;
     double low;
     double high;
-  } keys[] = {{"rocks.k", 0.02, 0.30},
+  } keys[] = {{"rocks.k", 0.0, 0.30},
+              {"craters.k", 0.0, 1.0e5},
+              {"craters.depth", 0.0, 0.4},
+              {"craters.rim", 0.0, 0.1},
+              {"craters.max_degradation", 0.0, 1.0},
               {"sun.elevation_deg", 5.0, 90.0},
               {"ortho_sun.azimuth_deg", 0.0, 360.0},
               {"camera.noise_dn", 0.0, 50.0},
@@ -364,8 +373,14 @@ void test_refuses_what_is_out_of_range(void**) {
       refused_set(with(bad), {k.key, "is out of range"});
     }
   }
-  refused("[rocks]\nk = 0.5\n", {"scene.toml:2: rocks.k = 0.5 is out of range; use 0.02 to 0.3"});
+  refused("[rocks]\nk = 0.5\n", {"scene.toml:2: rocks.k = 0.5 is out of range; use 0 to 0.3"});
   refused("[camera]\ndust_spots = -1\n", {"camera.dust_spots = -1 is out of range; use 0 to 500"});
+  refused("[rocks]\nk = 0.001\n", {"scene.toml:2: rocks.k = 0.001", "or 0 for no rocks"});
+  refused("[craters]\nk = 1e5\nmin_diameter_m = 0.2\n",
+          {"scene.toml:2: craters.k", "14", "raise min_diameter_m"});
+  refused("[craters]\nmin_diameter_m = 20\n", {"scene.toml:2: craters.min_diameter_m", "is not below"});
+  refused("[craters]\nmax_degradation = 0.2\nmin_degradation = 0.3\n",
+          {"craters.min_degradation = 0.3 is above max_degradation = 0.2"});
   refused("[rocks]\nmax_diameter_m = 0.05\n", {"rocks.min_diameter_m", "is not below"});
   refused("[rocks]\npebble_min_diameter_m = 0.1\n", {"pebble_min_diameter_m = 0.1 is above"});
   static_cast<void>(scene_from("[rocks]\npebble_min_diameter_m = 0.1\npebbles = 0\n"));
