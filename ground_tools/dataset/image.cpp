@@ -2,6 +2,7 @@
 
 #include <gdal_priv.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -27,29 +28,58 @@ std::vector<std::uint16_t> read_band(GDALDataset& data, int index, QuietGdal& gd
   throw ImageError(path.string() + ": " + what + gdal.reason());
 }
 
-}  // namespace
+struct Opened {
+  std::unique_ptr<GDALDataset> data;
+  GDALDataType type = GDT_Unknown;
+};
 
-Image load_grey(const std::filesystem::path& path) {
-  QuietGdal gdal;
-  const char* const drivers[] = {"JPEG", "PNG", "GTiff", nullptr};
+Opened open_image(const std::filesystem::path& path, const QuietGdal& gdal) {
+  const char* const drivers[] = {"JPEG",        "PNG", "GTiff", "PNM",   "BMP",  "WEBP",
+                                 "JP2OpenJPEG", "GIF", "PDS",   "VICAR", nullptr};
   // No look at the files beside it: a folder may hold thousands.
   const char* const no_siblings[] = {nullptr};
-  const std::unique_ptr<GDALDataset> data(
+  Opened out;
+  out.data.reset(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers, nullptr, no_siblings));
-  if (data == nullptr) refuse(path, gdal, "not a readable JPEG, PNG or TIFF image");
+  if (out.data == nullptr) refuse(path, gdal, "not a readable image (JPEG, PNG, TIFF, PGM, BMP ...)");
+  if (out.data->GetRasterCount() > 0) out.type = out.data->GetRasterBand(1)->GetRasterDataType();
+  if (out.type != GDT_Byte && out.type != GDT_UInt16 && out.type != GDT_Int16)
+    refuse(path, gdal, "samples are not 8-bit or 16-bit integers");
+  constexpr int kMaxSide = 16384;  // a damaged header must not ask for all memory
+  if (out.data->GetRasterXSize() > kMaxSide || out.data->GetRasterYSize() > kMaxSide)
+    refuse(path, gdal, "more than 16384 pixels a side");
+  return out;
+}
 
-  const GDALDataType type =
-      data->GetRasterCount() > 0 ? data->GetRasterBand(1)->GetRasterDataType() : GDT_Unknown;
-  if (type != GDT_Byte && type != GDT_UInt16) refuse(path, gdal, "samples are not 8-bit or 16-bit integers");
+}  // namespace
+
+int largest_deep_sample(const std::filesystem::path& path) {
+  QuietGdal gdal;
+  const Opened opened = open_image(path, gdal);
+  if (opened.type == GDT_Byte) return 0;
+  int largest = 0;
+  const int bands = std::min(opened.data->GetRasterCount(), 3);
+  for (int b = 1; b <= bands; ++b) {
+    const std::vector<std::uint16_t> samples = read_band(*opened.data, b, gdal);
+    if (!samples.empty()) largest = std::max<int>(largest, *std::max_element(samples.begin(), samples.end()));
+  }
+  if (gdal.failed()) refuse(path, gdal, "image data cannot be decoded");
+  return largest;
+}
+
+Image load_grey(const std::filesystem::path& path, int bits) {
+  QuietGdal gdal;
+  const auto [data, type] = open_image(path, gdal);
   Image image;
   image.width = data->GetRasterXSize();
   image.height = data->GetRasterYSize();
-  constexpr int kMaxSide = 16384;  // a damaged header must not ask for all memory
-  if (image.width > kMaxSide || image.height > kMaxSide) refuse(path, gdal, "more than 16384 pixels a side");
 
   const std::vector<std::uint16_t> first = read_band(*data, 1, gdal);
   image.pixels.resize(first.size());
-  const auto narrow = [type](int sample) { return type == GDT_Byte ? sample : (sample + 128) / 257; };
+  const int most = (1 << bits) - 1;
+  const auto narrow = [deep = type != GDT_Byte, most](int sample) {
+    return deep ? (std::min(sample, most) * 255 + most / 2) / most : sample;
+  };
   const GDALColorTable* const palette = data->GetRasterBand(1)->GetColorTable();
   if (palette != nullptr) {
     for (std::size_t i = 0; i < first.size(); ++i) {

@@ -25,9 +25,14 @@ struct Image {
   ImageU8 view() const { return packed_view(pixels.data(), width, height); }
 };
 
-/// Reads a JPEG, PNG or TIFF file as 8-bit grey. Colour becomes luma, (299 R + 587 G + 114 B + 500) / 1000 in
-/// integers (Rec. 601); an alpha band is ignored. 16-bit samples are scaled by 1/257 (65535 becomes 255),
-/// rounded. Throws ImageError. A file that ends early is refused, not padded. Prints nothing.
-Image load_grey(const std::filesystem::path& path);
+/// The largest sample of an image of 16-bit samples; 0 for one of 8 bits. Throws ImageError.
+int largest_deep_sample(const std::filesystem::path& path);
+
+/// Reads an image (JPEG, PNG, TIFF, PGM, BMP, WebP, JPEG 2000, GIF, PDS, VICAR) as 8-bit grey. Colour
+/// becomes luma, (299 R + 587 G + 114 B + 500) / 1000 in integers (Rec. 601); an alpha band is ignored. Of
+/// 16-bit samples `bits` are used, 8 to 16: they are scaled so that the largest that these can hold becomes
+/// 255, rounded; those below 0 are black. Throws ImageError. A file that ends early is refused, not padded.
+/// Prints nothing.
+Image load_grey(const std::filesystem::path& path, int bits = 16);
 
 }  // namespace cairn::ground

@@ -63,6 +63,33 @@ void test_16_bit_is_scaled(void**) {
   }
 }
 
+// A camera of 10 or 12 bits: the largest that these hold is white, what is beyond stays white.
+void test_bits_that_are_used(void**) {
+  const int deep[5] = {0, 2, 512, 1023, 4095};
+  const auto path = scratch.path("ten.png");
+  test::write_image(path, "PNG", GDT_UInt16, 5, 1, 1, [&deep](int, int x, int) { return deep[x]; });
+  static Image image;
+  const int at_10[5] = {0, 0, 128, 255, 255}, at_12[5] = {0, 0, 32, 64, 255};
+  image = load_grey(path, 10);
+  for (int x = 0; x < 5; ++x) assert_int_equal(image.view().at(x, 0), at_10[x]);
+  image = load_grey(path, 12);
+  for (int x = 0; x < 5; ++x) assert_int_equal(image.view().at(x, 0), at_12[x]);
+  assert_int_equal(largest_deep_sample(path), 4095);
+  test::write_grey_png(scratch.path("eight.png"), 8, 8);
+  assert_int_equal(largest_deep_sample(scratch.path("eight.png")), 0);
+}
+
+void test_other_kinds_of_files(void**) {
+  for (const char* driver : {"PNM", "BMP"}) {
+    const auto path = scratch.path(std::string("kind.") + (driver[0] == 'P' ? "pgm" : "bmp"));
+    test::write_image(path, driver, GDT_Byte, 37, 21, 1,
+                      [](int, int x, int y) { return test::texture(x, y); });
+    static Image image;
+    image = load_grey(path);
+    for (int x = 0; x < 37; ++x) assert_int_equal(image.view().at(x, 20), test::texture(x, 20));
+  }
+}
+
 // Every kind of file, cut anywhere, is refused with one line that names it; what GDAL says is in it,
 // not on stderr.
 void test_truncated_files(void**) {
@@ -104,8 +131,9 @@ void test_what_is_no_image(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_grey_is_exact),    cmocka_unit_test(test_colour_becomes_luma),
-      cmocka_unit_test(test_16_bit_is_scaled), cmocka_unit_test(test_truncated_files),
+      cmocka_unit_test(test_grey_is_exact),      cmocka_unit_test(test_colour_becomes_luma),
+      cmocka_unit_test(test_16_bit_is_scaled),   cmocka_unit_test(test_truncated_files),
+      cmocka_unit_test(test_bits_that_are_used), cmocka_unit_test(test_other_kinds_of_files),
       cmocka_unit_test(test_what_is_no_image),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset/image", tests, nullptr, nullptr);
