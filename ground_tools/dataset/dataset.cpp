@@ -1,12 +1,13 @@
 #include "dataset/dataset.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "base/number_table.hpp"
+#include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "dataset/image.hpp"
+#include "dataset/rig_file.hpp"
 #include "dataset/trajectory.hpp"
 
 namespace fs = std::filesystem;
@@ -14,72 +15,36 @@ namespace fs = std::filesystem;
 namespace cairn::ground {
 namespace {
 
-struct FolderPair {
-  const char* left;
-  const char* right;
-};
-constexpr FolderPair kFolderPairs[] = {
-    {"left", "right"}, {"image_l", "image_r"}, {"image_0", "image_1"}, {"image_2", "image_3"}};
-
-/// The order of frames: shorter names first, then by text.
-struct StemLess {
-  bool operator()(const std::string& a, const std::string& b) const {
-    return a.size() != b.size() ? a.size() < b.size() : a < b;
+/// Calibrations under the names that they usually have, best first.
+std::vector<fs::path> find_calibration(const fs::path& folder) {
+  const std::vector<std::vector<const char*>> usual = {
+      {"calib.txt"},
+      {"calib_cam_to_cam.txt"},
+      {"../calib_cam_to_cam.txt"},
+      {"mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml"},
+      {"cam0/sensor.yaml", "cam1/sensor.yaml"},
+      {"camchain.yaml"},
+      {"left.yaml", "right.yaml"},
+      {"left.yml", "right.yml"},
+      {"left/camera_info.yaml", "right/camera_info.yaml"},
+      {"intrinsics.yml", "extrinsics.yml"},
+      {"intrinsics.yaml", "extrinsics.yaml"},
+  };
+  for (const std::vector<const char*>& names : usual) {
+    std::vector<fs::path> files;
+    for (const char* name : names) {
+      if (fs::exists(folder / name)) files.push_back(folder / name);
+    }
+    if (files.size() == names.size()) return files;
   }
-};
-
-bool is_image(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return extension == ".jpg" || extension == ".jpeg" || extension == ".png" || extension == ".tif" ||
-         extension == ".tiff";
-}
-
-using Images = std::map<std::string, fs::path, StemLess>;
-
-Images list_images(const fs::path& folder) {
-  Images images;
+  // Any YAML, where there is no doubt which.
+  std::vector<fs::path> files;
   std::error_code failed;
   for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
-    if (!is_image(at->path())) continue;
-    const auto [known, added] = images.emplace(at->path().stem().string(), at->path());
-    if (!added) {
-      throw ToolError("{}: frame '{}' has two images ({} and {}); keep one", folder.string(), known->first,
-                      known->second.filename().string(), at->path().filename().string());
-    }
+    const std::string extension = at->path().extension().string();
+    if (extension == ".yaml" || extension == ".yml") files.push_back(at->path());
   }
-  if (failed)
-    throw ToolError("{}: cannot be listed ({}); check its permissions", folder.string(), failed.message());
-  return images;
-}
-
-std::optional<int> whole_number(const std::string& text) {
-  const std::optional<int> value = to_number<int>(text);
-  return value && *value >= 0 ? value : std::nullopt;
-}
-
-/// A 3x4 projection matrix, split: K [I | p], p = K^-1 times its last column = the frame's origin as the
-/// camera sees it.
-struct Projection {
-  double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
-  Vec3 p_cam_origin_m = Vec3(0.0, 0.0, 0.0);
-};
-
-Projection split_projection(const fs::path& path, const NumberRow& row) {
-  const std::vector<double>& v = row.values;
-  const bool plain = v.size() == 12 && v[0] > 0.0 && v[5] > 0.0 && v[1] == 0.0 && v[4] == 0.0 &&
-                     v[8] == 0.0 && v[9] == 0.0 && v[10] == 1.0;
-  if (!plain) {
-    throw ToolError(
-        "{}:{}: not the 3x4 projection matrix of a rectified camera (fx 0 cx tx 0 fy cy ty 0 0 1 tz)",
-        path.string(), row.line);
-  }
-  Projection out{v[0], v[5], v[2], v[6], Vec3(0.0, 0.0, v[11])};
-  out.p_cam_origin_m.x() = (v[3] - out.cx * v[11]) / out.fx;
-  out.p_cam_origin_m.y() = (v[7] - out.cy * v[11]) / out.fy;
-  return out;
+  return files.size() == 1 ? files : std::vector<fs::path>();
 }
 
 /// poses.txt and times.txt have a row for each frame number or, where numbers begin late or skip, for each
@@ -108,161 +73,251 @@ int index_of(const fs::path& path, int line, double value) {
   return static_cast<int>(value);
 }
 
-double seconds(double stamp) { return stamp >= 1.0e12 ? stamp * 1.0e-9 : stamp; }
+/// KITTI raw's `2011-09-26 13:02:25.964389445`: seconds since 1970; nothing where a line is not of that kind.
+std::optional<double> seconds_of_date(std::string_view line) {
+  constexpr std::string_view kForm = "dddd-dd-dd dd:dd:dd";
+  const std::size_t last = line.find_last_not_of(" \t\r");
+  line = last == std::string_view::npos ? std::string_view() : line.substr(0, last + 1);
+  if (line.size() < kForm.size()) return std::nullopt;
+  for (std::size_t i = 0; i < kForm.size(); ++i) {
+    const bool digit = line[i] >= '0' && line[i] <= '9';
+    if (kForm[i] == 'd' ? !digit : line[i] != kForm[i]) return std::nullopt;
+  }
+  const auto part = [&](std::size_t at, std::size_t count) {
+    return *to_number<int>(line.substr(at, count));
+  };
+  const std::optional<double> second = to_finite(line.substr(17));
+  if (!second) return std::nullopt;
+  // Days since 1970 of the Gregorian calendar (Hinnant, "chrono-compatible low-level date algorithms").
+  const int month = part(5, 2);
+  const int year = part(0, 4) - (month <= 2 ? 1 : 0);
+  const int era = year / 400, of_era = year - era * 400;
+  const int day_of_year = (153 * (month + (month > 2 ? -3 : 9)) + 2) / 5 + part(8, 2) - 1;
+  const int day = era * 146097 + of_era * 365 + of_era / 4 - of_era / 100 + day_of_year - 719468;
+  return day * 86400.0 + part(11, 2) * 3600.0 + part(14, 2) * 60.0 + *second;
+}
+
+/// Such a file's lines; empty where its first is none.
+std::vector<double> read_dates(const fs::path& path) {
+  const std::vector<std::uint8_t> bytes = read_file(path);
+  std::vector<double> out;
+  int number = 0;
+  for (const std::string_view line :
+       split({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, '\n')) {
+    ++number;
+    if (line.find_first_not_of(" \t\r") == std::string_view::npos) continue;
+    const std::optional<double> second = seconds_of_date(line);
+    if (!second && out.empty()) return {};
+    if (!second)
+      throw ToolError("{}:{}: not a date as in the lines before; correct this line", path.string(), number);
+    out.push_back(*second);
+  }
+  return out;
+}
+
+/// The file, in the folder or beside the left images (KITTI raw's image_00/timestamps.txt).
+fs::path find_times(const fs::path& folder, const fs::path& left, const char* name) {
+  for (const fs::path& path : {folder / name, left.parent_path() / name}) {
+    if (fs::exists(path)) return path;
+  }
+  return {};
+}
+
+/// How little a camera's poses are those of one that stands upright and drives where it looks: the share of
+/// the path that goes sideways, or how far beyond 30 degrees from level the camera looks at its y axis.
+double oddness(const Trajectory& truth, bool w_first) {
+  double sideways_m = 0.0, path_m = 0.0, up = 0.0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Quat& told = truth[i].pose.q;
+    const Quat q = w_first ? Quat(told.x(), told.y(), told.z(), told.w()) : told;
+    up += (q * Vec3(0.0, 1.0, 0.0)).z();
+    if (i == 0) continue;
+    const Vec3 step_m = truth[i].pose.t - truth[i - 1].pose.t;
+    path_m += step_m.norm();
+    sideways_m += std::fabs((q.conjugate() * step_m).x());
+  }
+  if (!(path_m > 0.0)) return 0.0;
+  constexpr double kUpright = -0.5;
+  return std::max(sideways_m / path_m, up / static_cast<double>(truth.size()) - kUpright);
+}
+
+/// The stamped pose, or what lies between two that are close to each other.
+std::optional<Pose3> pose_at(const Trajectory& truth, double stamp_s) {
+  constexpr double kMostBetween_s = 0.1;
+  if (const StampedPose* const at = find_stamp(truth, stamp_s)) return at->pose;
+  const auto after = std::upper_bound(truth.begin(), truth.end(), stamp_s,
+                                      [](double stamp, const StampedPose& at) { return stamp < at.stamp_s; });
+  if (after == truth.begin() || after == truth.end()) return std::nullopt;
+  const StampedPose& a = *(after - 1);
+  const StampedPose& b = *after;
+  if (b.stamp_s - a.stamp_s > kMostBetween_s) return std::nullopt;
+  const double share = (stamp_s - a.stamp_s) / (b.stamp_s - a.stamp_s);
+  return Pose3{(a.pose.q * quat_exp(share * quat_log(a.pose.q.conjugate() * b.pose.q))).normalized(),
+               a.pose.t + share * (b.pose.t - a.pose.t)};
+}
+
+/// Truth in that frame of the data set's layout, of the left camera.
+Trajectory read_euroc_truth(const fs::path& path, const Pose3& T_body_cam) {
+  Trajectory out;
+  std::vector<double> stamps;
+  for (const NumberRow& row : read_number_rows(path)) {
+    const std::vector<double>& v = row.values;
+    if (v.size() < 8)
+      throw ToolError("{}:{}: {} numbers; it needs stamp, x y z, qw qx qy qz", path.string(), row.line,
+                      v.size());
+    const Quat q(v[4], v[5], v[6], v[7]);
+    if (std::fabs(q.norm() - 1.0) > 1.0e-3)
+      throw ToolError("{}:{}: the quaternion's length is {:.6f}; give qw qx qy qz of length 1", path.string(),
+                      row.line, q.norm());
+    stamps.push_back(v[0]);
+    out.push_back({v[0], Pose3{q.normalized(), Vec3(v[1], v[2], v[3])} * T_body_cam});
+  }
+  const double unit = unit_of_stamps(stamps);
+  for (StampedPose& at : out) at.stamp_s *= unit;
+  return out;
+}
 
 }  // namespace
 
-Dataset Dataset::open(const fs::path& folder) {
+Dataset Dataset::open(const fs::path& folder, const std::vector<fs::path>& calibration) {
   Dataset data;
   data.folder_ = folder;
   if (!fs::is_directory(folder))
     throw ToolError("{}: no such folder; give the data set's folder", folder.string());
-  data.find_images();
-  data.read_calibration();
+  StereoFolder images = find_stereo_images(folder);
+  data.left_folder_ = images.left;
+  data.frames_ = std::move(images.frames);
+  data.notes_ = std::move(images.notes);
+  data.measure_images();
+  data.read_calibration(calibration);
   data.read_stamps();
   data.read_truth();
   return data;
 }
 
-void Dataset::find_images() {
-  fs::path right_folder;
-  for (const FolderPair& pair : kFolderPairs) {
-    if (!left_folder_.empty() || !fs::is_directory(folder_ / pair.left)) continue;
-    left_folder_ = folder_ / pair.left;
-    right_folder = folder_ / pair.right;
-  }
-  if (left_folder_.empty()) {
-    throw ToolError("{}: no folder of left images here; put pairs into left/ and right/", folder_.string());
-  }
-  if (!fs::is_directory(right_folder)) {
-    throw ToolError("{}: no such folder; put the right images of {} there", right_folder.string(),
-                    left_folder_.string());
-  }
-  const Images left = list_images(left_folder_);
-  const Images right = list_images(right_folder);
-  if (left.empty() || right.empty()) {
-    throw ToolError("{}: no JPEG, PNG or TIFF image here; put the {} images there",
-                    (left.empty() ? left_folder_ : right_folder).string(), left.empty() ? "left" : "right");
-  }
-  std::map<std::string, Frame, StemLess> paired;
-  for (const auto& [stem, path] : left) paired[stem].left = path;
-  for (const auto& [stem, path] : right) paired[stem].right = path;
-  // Numbers come from the names only where every name is one: mixed, they could repeat.
-  const bool numbered = std::all_of(paired.begin(), paired.end(),
-                                    [](const auto& entry) { return whole_number(entry.first).has_value(); });
-  for (auto& [stem, frame] : paired) {
-    frame.number = numbered ? *whole_number(stem) : static_cast<int>(frames_.size());
-    frame.stamp_s = frame.number;
-    if (!frames_.empty() && frame.number <= frames_.back().number) {
-      throw ToolError("{}: two frames have the number {}; give all names the same number of digits",
-                      left_folder_.string(), frame.number);
-    }
-    frames_.push_back(std::move(frame));
-  }
-
+/// The size of the first readable image of each side, and how many bits samples of 16 use.
+void Dataset::measure_images() {
   std::string reason = "no image at all";
-  for (std::size_t i = 0; i < frames_.size() && rig_.width_px == 0; ++i) {
-    for (const fs::path& path : {frames_[i].left, frames_[i].right}) {
-      if (path.empty() || rig_.width_px != 0) continue;
+  for (fs::path Frame::*side : {&Frame::left, &Frame::right}) {
+    bool found = false;
+    for (std::size_t i = 0; i < frames_.size() && !found; ++i) {
+      const fs::path& path = frames_[i].*side;
+      if (path.empty()) continue;
       try {
         const Image image = load_grey(path);
-        rig_.width_px = image.width;
-        rig_.height_px = image.height;
+        found = true;
+        if (rig_.width_px == 0) {
+          rig_.width_px = image.width;
+          rig_.height_px = image.height;
+        } else if (image.width != rig_.width_px || image.height != rig_.height_px) {
+          throw ToolError(
+              "{}: right images are {} x {}, left ones {} x {}; give both the same size, and its calibration",
+              path.string(), image.width, image.height, rig_.width_px, rig_.height_px);
+        }
       } catch (const ImageError& error) {
         reason = error.what();
       }
     }
   }
   if (rig_.width_px == 0) throw ToolError("{}: no image can be read; the last: {}", folder_.string(), reason);
-}
 
-void Dataset::read_calibration() {
-  const fs::path path = folder_ / "calib.txt";
-  if (!fs::exists(path)) {
-    throw ToolError("{}: no such file; write one line there: fx fy cx cy baseline (pixels, metres)",
-                    path.string());
-  }
-  std::vector<NumberRow> rows = read_number_rows(path);
-  const std::vector<double>* const plain =
-      rows.size() == 1 && rows[0].tag.empty() && rows[0].values.size() == 5 ? &rows[0].values : nullptr;
-  if (plain != nullptr) {
-    rig_.fx_px = (*plain)[0];
-    rig_.fy_px = (*plain)[1];
-    rig_.cx_px = (*plain)[2];
-    rig_.cy_px = (*plain)[3];
-    rig_.baseline_m = (*plain)[4];
-  } else {
-    const bool colour =
-        left_folder_.filename() == "image_2" &&
-        std::any_of(rows.begin(), rows.end(), [](const NumberRow& row) { return row.tag == "P2"; });
-    const std::string left_tag = colour ? "P2" : "P0";
-    const std::string right_tag = colour ? "P3" : "P1";
-    const NumberRow* left = nullptr;
-    const NumberRow* right = nullptr;
-    for (const NumberRow& row : rows) {
-      if (row.tag == left_tag || (row.tag.empty() && left == nullptr)) {
-        left = &row;
-      } else if (row.tag == right_tag || (row.tag.empty() && right == nullptr)) {
-        right = &row;
+  constexpr std::size_t kLooks = 8;
+  const std::size_t stride = std::max<std::size_t>(1, frames_.size() / kLooks);
+  int largest = 0;
+  for (std::size_t i = 0; i < frames_.size(); i += stride) {
+    for (const fs::path& path : {frames_[i].left, frames_[i].right}) {
+      try {
+        if (!path.empty()) largest = std::max(largest, largest_deep_sample(path));
+      } catch (const ImageError&) {  // told where it is flown
       }
     }
-    if (left == nullptr || right == nullptr) {
-      throw ToolError(
-          "{}: neither one line `fx fy cx cy baseline` nor two rows of 3x4 projections ({}: and {}:)",
-          path.string(), left_tag, right_tag);
-    }
-    const Projection a = split_projection(path, *left);
-    const Projection b = split_projection(path, *right);
-    const double off_row = std::fabs(a.p_cam_origin_m.y() - b.p_cam_origin_m.y());
-    if (std::fabs(a.fx - b.fx) > 1e-6 * a.fx || std::fabs(a.fy - b.fy) > 1e-6 * a.fy ||
-        std::fabs(a.cx - b.cx) > 1e-3 || std::fabs(a.cy - b.cy) > 1e-3 || !(off_row < 0.05)) {
-      throw ToolError("{}: the two cameras do not form a rectified pair; rectify the images first",
-                      path.string());
-    }
-    rig_.fx_px = a.fx;
-    rig_.fy_px = a.fy;
-    rig_.cx_px = a.cx;
-    rig_.cy_px = a.cy;
-    rig_.baseline_m = a.p_cam_origin_m.x() - b.p_cam_origin_m.x();
-    p_cam0_left_m_ = -a.p_cam_origin_m;
   }
-  if (!is_valid(rig_)) {
+  if (largest == 0) return;
+  for (const int bits : {14, 12, 10}) {
+    if (largest < (1 << bits)) sample_bits_ = bits;
+  }
+  if (sample_bits_ < 16)
+    notes_.push_back(
+        fmt::format("images are of 16 bits, of which {} are used (largest sample {}): scaled by these",
+                    sample_bits_, largest));
+}
+
+void Dataset::read_calibration(const std::vector<fs::path>& given) {
+  const std::vector<fs::path> files = given.empty() ? find_calibration(folder_) : given;
+  if (files.empty()) {
     throw ToolError(
-        "{}: focal lengths and baseline must be above 0 (fx {}, fy {}, baseline {}); are left and right "
-        "swapped?",
-        path.string(), rig_.fx_px, rig_.fy_px, rig_.baseline_m);
+        "{}: no such file, nor another calibration (doc/guide/drives.md); write one line there: fx fy cx cy "
+        "baseline (pixels, metres)",
+        (folder_ / "calib.txt").string());
   }
+  const std::string name = left_folder_.filename() == "data" ? left_folder_.parent_path().filename().string()
+                                                             : left_folder_.filename().string();
+  RigQuestion question;
+  question.colour = name == "image_2" || name == "image_02";
+  cameras_ = read_rig(files, question);
+  for (CameraModel* camera : {&cameras_.left, &cameras_.right}) {
+    if (camera->width_px == 0) {
+      camera->width_px = rig_.width_px;
+      camera->height_px = rig_.height_px;
+    }
+    if (camera->width_px != rig_.width_px || camera->height_px != rig_.height_px) {
+      throw ToolError(
+          "{}: is of images of {} x {}, these are {} x {}; give the calibration of these, or scale it",
+          files[0].string(), camera->width_px, camera->height_px, rig_.width_px, rig_.height_px);
+    }
+  }
+  if (const std::string fault = fault_of(cameras_); !fault.empty())
+    throw ToolError("{}: {}", files[0].string(), fault);
+  if (const std::string why = why_not_rectified(cameras_); !why.empty()) {
+    throw ToolError(
+        "{}: understood ({}), but the two cameras do not form a rectified pair: {}; rectify the images first, and "
+        "give their projections (OpenCV: stereoRectify, remap; ROS: stereo_image_proc)",
+        files[0].string(), cameras_.format, why);
+  }
+  const StereoRig rectified = rectified_rig(cameras_);
+  rig_.fx_px = rectified.fx_px;
+  rig_.fy_px = rectified.fy_px;
+  rig_.cx_px = rectified.cx_px;
+  rig_.cy_px = rectified.cy_px;
+  rig_.baseline_m = rectified.baseline_m;
+  for (const std::string& note : cameras_.notes) notes_.push_back(files[0].string() + ": " + note);
 }
 
 void Dataset::read_stamps() {
-  const fs::path by_row = folder_ / "times.txt";
-  const fs::path by_number = folder_ / "timestamps.txt";
-  if (fs::exists(by_row)) {
-    const std::vector<NumberRow> rows = read_number_rows(by_row, 1, "seconds");
-    const std::vector<std::size_t> row_of = rows_of_frames(by_row, rows.size(), frames_);
-    for (std::size_t i = 0; i < frames_.size(); ++i) frames_[i].stamp_s = seconds(rows[row_of[i]].values[0]);
-  } else if (fs::exists(by_number)) {
+  const fs::path by_row = find_times(folder_, left_folder_, "times.txt");
+  const fs::path by_number = find_times(folder_, left_folder_, "timestamps.txt");
+  const fs::path from = !by_row.empty() ? by_row : by_number;
+  if (from.empty()) return;
+  std::vector<double> stamps = read_dates(from);
+  if (stamps.empty() && !by_row.empty()) {
+    for (const NumberRow& row : read_number_rows(by_row, 1, "seconds")) stamps.push_back(row.values[0]);
+  }
+  if (!stamps.empty()) {
+    const double unit = unit_of_stamps(stamps);
+    const std::vector<std::size_t> row_of = rows_of_frames(from, stamps.size(), frames_);
+    for (std::size_t i = 0; i < frames_.size(); ++i) frames_[i].stamp_s = stamps[row_of[i]] * unit;
+  } else {
     std::map<int, double> stamp_of;
     for (const NumberRow& row : read_number_rows(by_number)) {
-      if (row.values.size() < 2) {
+      if (row.values.size() < 2)
         throw ToolError("{}:{}: expected a frame number and its stamp", by_number.string(), row.line);
-      }
-      stamp_of[index_of(by_number, row.line, row.values[0])] = seconds(row.values[1]);
+      stamp_of[index_of(by_number, row.line, row.values[0])] = row.values[1];
     }
+    for (const auto& [number, stamp] : stamp_of) stamps.push_back(stamp);
+    const double unit = unit_of_stamps(stamps);
     for (Frame& frame : frames_) {
       const auto found = stamp_of.find(frame.number);
       if (found == stamp_of.end()) {
         throw ToolError("{}: no stamp for frame {}; add its line or remove this file", by_number.string(),
                         frame.number);
       }
-      frame.stamp_s = found->second;
+      frame.stamp_s = found->second * unit;
     }
   }
   for (std::size_t i = 1; i < frames_.size(); ++i) {
     if (frames_[i].stamp_s <= frames_[i - 1].stamp_s) {
       throw ToolError("{}: the stamp of frame {} is not after that of frame {}; correct the times",
-                      (fs::exists(by_row) ? by_row : by_number).string(), frames_[i].number,
-                      frames_[i - 1].number);
+                      from.string(), frames_[i].number, frames_[i - 1].number);
     }
   }
 }
@@ -271,14 +326,21 @@ void Dataset::read_truth() {
   truth_cam_.resize(frames_.size());
   const fs::path tum = folder_ / "truth_left_camera.tum";
   const fs::path poses = folder_ / "poses.txt";
+  const fs::path euroc = left_folder_.parent_path().parent_path() / "state_groundtruth_estimate0/data.csv";
   if (fs::exists(tum)) {
     const Trajectory truth = read_tum(tum);
-    for (std::size_t i = 0; i < frames_.size(); ++i) {
-      const StampedPose* const at = find_stamp(truth, frames_[i].stamp_s);
-      if (at != nullptr) truth_cam_[i] = at->pose;
+    constexpr double kOdd = 0.12, kPlain = 0.06;
+    if (oddness(truth, false) > kOdd && oddness(truth, true) < kPlain) {
+      throw ToolError(
+          "{}: the camera would drive sideways or lie on its side, and goes straight if the four numbers are qw qx "
+          "qy qz; write them as qx qy qz qw",
+          tum.string());
     }
+    take_stamped(tum, truth);
   } else if (fs::exists(poses)) {
     read_kitti_poses(poses);
+  } else if (fs::exists(euroc)) {
+    take_stamped(euroc, read_euroc_truth(euroc, cameras_.T_ref_left));
   }
 
   const fs::path rover = folder_ / "truth_rover.txt";
@@ -305,6 +367,25 @@ void Dataset::read_truth() {
   }
 }
 
+void Dataset::take_stamped(const fs::path& path, const Trajectory& truth) {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    truth_cam_[i] = pose_at(truth, frames_[i].stamp_s);
+    found += truth_cam_[i] ? 1U : 0U;
+  }
+  if (found == frames_.size()) return;
+  if (truth.empty()) {
+    notes_.push_back(fmt::format("{}: it holds no pose", path.string()));
+    return;
+  }
+  notes_.push_back(
+      fmt::format("{}: its stamps are those of {} of {} frames (frames {:.10g} to {:.10g}, truth {:.10g} to "
+                  "{:.10g}); {}",
+                  path.string(), found, frames_.size(), frames_.front().stamp_s, frames_.back().stamp_s,
+                  truth.front().stamp_s, truth.back().stamp_s,
+                  found == 0 ? "no error is computed" : "errors are of these alone"));
+}
+
 void Dataset::read_kitti_poses(const fs::path& path) {
   const std::vector<NumberRow> rows = read_number_rows(path, 12, "the 3x4 matrix T_world_cam, row by row");
   const std::vector<std::size_t> row_of = rows_of_frames(path, rows.size(), frames_);
@@ -324,18 +405,21 @@ void Dataset::read_kitti_poses(const fs::path& path) {
       throw ToolError("{}:{}: the left 3x3 part is not a rotation; give T_world_cam row by row",
                       path.string(), row.line);
     }
-    const Mat3 R_map_cam = R_map_world * R_world_cam;
-    truth_cam_[i] =
-        Pose3{Quat(R_map_cam).normalized(), R_map_world * (p_world_cam_m + R_world_cam * p_cam0_left_m_)};
+    const Pose3 T_map_ref{Quat(R_map_world * R_world_cam).normalized(), R_map_world * p_world_cam_m};
+    truth_cam_[i] = T_map_ref * cameras_.T_ref_left;
   }
 }
 
 PairImages Dataset::images(std::size_t index) const {
   PairImages pair;
-  const auto load = [&pair](const fs::path& path, Image& image) {
+  const auto load = [&](const fs::path& path, Image& image) {
     if (path.empty()) return;
     try {
-      image = load_grey(path);
+      image = load_grey(path, sample_bits_);
+      if (image.width != rig_.width_px || image.height != rig_.height_px) {
+        pair.faults.push_back(fmt::format("{}: is {} x {}, the first one {} x {}; not used", path.string(),
+                                          image.width, image.height, rig_.width_px, rig_.height_px));
+      }
     } catch (const ImageError& error) {
       pair.faults.emplace_back(error.what());
     }

@@ -1,20 +1,19 @@
 /// A stereo data set on disk: rectified image pairs, calibration, and truth where there is some.
 ///
 /// Layout (doc/guide/drives.md tells the same to the user):
-///   images       left/ and right/, or image_l/ + image_r/, image_0/ + image_1/, image_2/ + image_3/ (first
-///                pair found); JPEG, PNG or TIFF. Order: shorter names first, then by text, so that numbers
-///                need no leading zeros. Left and right belong together by name without extension. An image
-///                missing on one side is a frame with an empty path there, no error: a camera may fail.
-///   calib.txt    one line `fx fy cx cy baseline` (pixels, pixel centres at integers; metres), or two rows of
-///                3x4 projection matrices, left then right; with tags `P0:` ... `P3:` (KITTI), P2 and P3
-///                serve image_2 and image_3, P0 and P1 the others.
-///   stamps       optional: times.txt (seconds, a row a frame) or timestamps.txt (frame number, stamp, ...).
-///                Stamps of 1e12 and more are nanoseconds. Without them a frame's stamp is its number.
+///   images       folders and names: stereo_folder.hpp; kinds: image.hpp
+///   calibration  calib.txt, or what rig_file.hpp reads under the names that it usually has, or files
+///                that are given. The pair must be rectified.
+///   stamps       optional: times.txt (seconds, a row a frame) or timestamps.txt (frame number, stamp, ...;
+///                or KITTI raw's dates, a row a frame), here or beside the left images. Without them a
+///                frame's stamp is that of its name where names are times, else its number. Units:
+///                unit_of_stamps.
 ///   truth        optional: truth_left_camera.tum (stamp tx ty tz qx qy qz qw: T_map_cam), or poses.txt
 ///                (KITTI: 3x4 row-major T_world_cam, world x right, y down, z forward; of the camera that P0
 ///                describes); truth_rover.txt (frame, arc length, x y z, yaw pitch roll in degrees:
 ///                T_map_rover); truth_rocks.csv (columns id, x, y, z_ground, diameter, height;
-///                others are ignored).
+///                others are ignored). EuRoC's mav0/state_groundtruth_estimate0/data.csv (T_world_body).
+///                Stamped poses up to 0.1 s apart are interpolated.
 ///
 /// Frames. A KITTI-style world becomes `map` by
 ///   x_map = z_world (forward),   y_map = -x_world (left),   z_map = -y_world (up)
@@ -27,22 +26,20 @@
 #include <string>
 #include <vector>
 
+#include "dataset/camera_model.hpp"
 #include "dataset/drive.hpp"
+#include "dataset/stereo_folder.hpp"
+#include "dataset/trajectory.hpp"
 
 namespace cairn::ground {
-
-struct Frame {
-  int number = 0;               ///< the file's name where it is a number, else the position in the order
-  double stamp_s = 0.0;         ///< the number where the data set has no times
-  std::filesystem::path left;   ///< empty: missing
-  std::filesystem::path right;  ///< empty: missing
-};
 
 class Dataset : public Drive {
  public:
   /// Throws ToolError, one line with the file and the mend: no folder, no images, no or wrong calibration,
   /// truth or stamps that cannot be read, no image that can be decoded (for the size).
-  static Dataset open(const std::filesystem::path& folder);
+  /// `calibration`: one file or two (left, right) in place of the folder's own.
+  static Dataset open(const std::filesystem::path& folder,
+                      const std::vector<std::filesystem::path>& calibration = {});
 
   const std::filesystem::path& folder() const { return folder_; }
   /// Sizes are those of the first readable image. T_rover_cam stays identity: where the rig sits
@@ -53,6 +50,9 @@ class Dataset : public Drive {
   FrameTag tag(std::size_t index) const override { return {frames_[index].number, frames_[index].stamp_s}; }
   PairImages images(std::size_t index) const override;
   const std::vector<Frame>& frames() const { return frames_; }
+  const CameraPair& cameras() const { return cameras_; }
+  /// What was decided on the way and what does not fit, a line each: a warning to who flies it.
+  const std::vector<std::string>& notes() const { return notes_; }
 
   /// T_map_cam (left camera) and T_map_rover of the frame at `index`; empty where the data set has none.
   std::optional<Pose3> truth_cam(std::size_t index) const override;
@@ -61,16 +61,19 @@ class Dataset : public Drive {
   const std::vector<TruthRock>& truth_rocks() const override { return truth_rocks_; }
 
  private:
-  void find_images();
-  void read_calibration();
+  void measure_images();
+  void read_calibration(const std::vector<std::filesystem::path>& given);
   void read_stamps();
   void read_truth();
   void read_kitti_poses(const std::filesystem::path& path);
+  void take_stamped(const std::filesystem::path& path, const Trajectory& truth);
 
   std::filesystem::path folder_;
   std::filesystem::path left_folder_;
   StereoRig rig_;
-  Vec3 p_cam0_left_m_ = Vec3(0.0, 0.0, 0.0);  ///< the left camera in the frame that poses.txt tells about
+  CameraPair cameras_;
+  int sample_bits_ = 16;  ///< that 16-bit images use
+  std::vector<std::string> notes_;
   std::vector<Frame> frames_;
   std::vector<std::optional<Pose3>> truth_cam_;  ///< as frames_
   std::map<int, Pose3> truth_rover_;             ///< by frame number

@@ -135,14 +135,159 @@ void test_stamps_by_number(void**) {
   assert_refused(Dataset::open(scratch.path("stamps")), "timestamps.txt:1: 0.5 is not a whole number");
 }
 
+void make_side(const std::string& folder, std::initializer_list<const char*> names) {
+  for (const char* name : names) test::write_grey_png(scratch.path(folder + "/" + name), 64, 48);
+}
+
+void check_all_paired(const Dataset& data, std::size_t frames) {
+  assert_int_equal(data.frames().size(), frames);
+  for (const Frame& frame : data.frames()) assert_false(frame.left.empty() || frame.right.empty());
+}
+
+// Names as cameras and tools give them.
+void test_which_image_belongs_to_which(void**) {
+  static Dataset data;
+  const auto open = [](const std::string& set) {
+    scratch.file(set + "/calib.txt", kPlainCalibration);
+    data = Dataset::open(scratch.path(set));
+  };
+  make_side("named/left", {"left0001.png", "left0002.png"});
+  make_side("named/right", {"right0001.png", "right0002.png"});
+  open("named");
+  check_all_paired(data, 2);
+  assert_int_equal(data.frames()[1].number, 2);
+  make_side("padded/left", {"000009.png", "000010.png"});
+  make_side("padded/right", {"9.png", "10.png"});
+  open("padded");
+  check_all_paired(data, 2);
+  make_side("viso/img", {"I1_000000.png", "I2_000000.png", "I1_000001.png", "I2_000001.png"});
+  open("viso");
+  check_all_paired(data, 2);
+  assert_true(data.notes().empty());
+  make_side("times/left", {"1403715273262142976.png", "1403715273312142976.png"});
+  make_side("times/right", {"1403715273262143104.png", "1403715273312143104.png"});
+  open("times");
+  check_all_paired(data, 2);
+  assert_int_equal(data.frames()[1].number, 1);
+  assert_near(data.frames()[1].stamp_s, 1403715273.312142976, 1e-6);
+  assert_int_equal(data.notes().size(), 1);
+  assert_true(data.notes()[0].find("differ by up to 0.000128 ms") != std::string::npos);
+  make_side("apart/left", {"1403715273262142976.png", "1403715273312142976.png"});
+  make_side("apart/right", {"1403715274262142976.png", "1403715274312142976.png"});
+  scratch.file("apart/calib.txt", kPlainCalibration);
+  assert_refused(Dataset::open(scratch.path("apart")), "name left and right of a frame alike");
+}
+
+void test_units_of_stamps(void**) {
+  assert_near(unit_of_stamps({0.0, 0.1}), 1.0, 0.0);
+  assert_near(unit_of_stamps({1403715273.2, 1403715273.3}), 1.0, 0.0);
+  assert_near(unit_of_stamps({1403715273262.0, 1403715273312.0}), 1e-3, 0.0);
+  assert_near(unit_of_stamps({1403715273262142.0, 1403715273312142.0}), 1e-6, 0.0);
+  assert_near(unit_of_stamps({1403715273262142976.0, 1403715273312142976.0}), 1e-9, 0.0);
+  assert_near(unit_of_stamps({1.4e12, 1.4e12 + 5e7}), 1e-9, 0.0);  // since the start
+}
+
+// EuRoC's layout whole: names are times, the calibration lies beside the images, truth is the body's.
+void test_euroc_layout(void**) {
+  const auto sensor = [](const char* y) {
+    return std::string("T_BS:\n  data: [0, 0, 1, 0.1, -1, 0, 0, ") + y +
+           ", 0, -1, 0, 0, 0, 0, 0, 1]\nintrinsics: [400, 401, 31.5, 23.5]\nresolution: [64, 48]\n"
+           "distortion_model: radial-tangential\ndistortion_coefficients: [0, 0, 0, 0]\n";
+  };
+  for (const char* camera : {"cam0", "cam1"}) {
+    make_side(std::string("euroc/mav0/") + camera + "/data",
+              {"1403715273262142976.png", "1403715273312142976.png", "1403715273362142976.png"});
+  }
+  scratch.file("euroc/mav0/cam0/sensor.yaml", sensor("0.2"));
+  scratch.file("euroc/mav0/cam1/sensor.yaml", sensor("0.08"));
+  scratch.file("euroc/mav0/state_groundtruth_estimate0/data.csv",
+               "#timestamp, p_RS_R_x [m], ...\n1403715273257142976,1,2,3,1,0,0,0,9,9\n"
+               "1403715273267142976,3,2,3,1,0,0,0,9,9\n1403715273312142976,3,4,3,1,0,0,0,9,9\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("euroc"));
+  check_all_paired(data, 3);
+  assert_near(data.rig().baseline_m, 0.12, 1e-9);
+  // Halfway between two poses; the camera 0.1 m before and 0.2 m left of the body, which looks along x.
+  assert_near((data.truth_cam(0)->t - Vec3(2.1, 2.2, 3.0)).norm(), 0.0, 1e-4);
+  assert_near((data.truth_cam(0)->q * Vec3(0.0, 0.0, 1.0) - Vec3(1.0, 0.0, 0.0)).norm(), 0.0, 1e-9);
+  assert_near((data.truth_cam(1)->t - Vec3(3.1, 4.2, 3.0)).norm(), 0.0, 1e-6);
+  assert_false(data.truth_cam(2).has_value());
+  assert_int_equal(data.notes().size(), 1);
+  assert_true(data.notes()[0].find("2 of 3 frames") != std::string::npos);
+}
+
+void test_kitti_raw_layout(void**) {
+  make_side("drives/raw/image_00/data", {"0000000000.png", "0000000001.png"});
+  make_side("drives/raw/image_01/data", {"0000000000.png", "0000000001.png"});
+  scratch.file(
+      "drives/calib_cam_to_cam.txt",
+      "calib_time: 09-Jan-2012 13:57:47\nS_rect_00: 64 48\nP_rect_00: 500 0 30 0 0 500 20 0 0 0 1 0\n"
+      "S_rect_01: 64 48\nP_rect_01: 500 0 30 -250 0 500 20 0 0 0 1 0\n");
+  scratch.file("drives/raw/image_00/timestamps.txt",
+               "2011-09-26 13:02:59.900000000\n2011-09-26 13:03:00.003000000\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("drives/raw"));
+  assert_near(data.rig().baseline_m, 0.5, 1e-12);
+  assert_near(data.frames()[0].stamp_s, 1317042179.9, 1e-5);
+  assert_near(data.frames()[1].stamp_s - data.frames()[0].stamp_s, 0.103, 1e-6);
+  scratch.file("drives/raw/image_00/timestamps.txt", "2011-09-26 13:02:59.9\nlater\n");
+  assert_refused(Dataset::open(scratch.path("drives/raw")), "timestamps.txt:2: not a date");
+}
+
+void test_truth_that_does_not_fit_is_told(void**) {
+  make_pairs("truths", "left", "right", {"0", "1", "2"});
+  scratch.file("truths/calib.txt", kPlainCalibration);
+  static Dataset data;
+  const auto open = [](const char* text) {
+    scratch.file("truths/truth_left_camera.tum", text);
+    data = Dataset::open(scratch.path("truths"));
+  };
+  open("0 0 0 0 0.5 -0.5 0.5 -0.5\n1 1 0 0 0.5 -0.5 0.5 -0.5\n2 2 0 0 0.5 -0.5 0.5 -0.5\n");
+  assert_true(data.notes().empty());
+  open("10 0 0 0 0.5 -0.5 0.5 -0.5\n11 1 0 0 0.5 -0.5 0.5 -0.5\n");
+  assert_int_equal(data.notes().size(), 1);
+  assert_true(data.notes()[0].find("0 of 3 frames (frames 0 to 2, truth 10 to 11); no error is computed") !=
+              std::string::npos);
+  // A camera that looks 39 degrees down and east, and drives there, as qw qx qy qz.
+  scratch.file(
+      "truths/truth_left_camera.tum",
+      "0 0 0 0 0.304417 -0.638224 0.638224 -0.304417\n1 1 0 0 0.304417 -0.638224 0.638224 -0.304417\n");
+  assert_refused(Dataset::open(scratch.path("truths")), "write them as qx qy qz qw");
+  open("0 0 0 0 -0.638224 0.638224 -0.304417 0.304417\n1 1 0 0 -0.638224 0.638224 -0.304417 0.304417\n");
+  assert_near(data.truth_cam(1)->t.x(), 1.0, 0.0);
+}
+
+void test_sizes_and_depths(void**) {
+  make_pairs("depth", "left", "right", {"0", "1"});
+  scratch.file("depth/calib.txt", kPlainCalibration);
+  static Dataset data;
+  for (const char* image :
+       {"depth/left/0.png", "depth/left/1.png", "depth/right/0.png", "depth/right/1.png"}) {
+    test::write_image(scratch.path(image), "PNG", GDT_UInt16, 64, 48, 1,
+                      [](int, int x, int y) { return 16 * test::texture(x, y); });
+  }
+  data = Dataset::open(scratch.path("depth"));
+  assert_int_equal(data.notes().size(), 1);
+  assert_true(data.notes()[0].find("12 are used") != std::string::npos);
+  static PairImages pair;
+  pair = data.images(0);
+  assert_int_equal(pair.left.view().at(5, 3), (16 * test::texture(5, 3) * 255 + 2047) / 4095);
+  test::write_grey_png(scratch.path("depth/left/1.png"), 32, 48);
+  data = Dataset::open(scratch.path("depth"));
+  pair = data.images(1);
+  assert_int_equal(pair.faults.size(), 1);
+  test::write_grey_png(scratch.path("depth/right/0.png"), 32, 48);
+  assert_refused(Dataset::open(scratch.path("depth")), "right images are 32 x 48, left ones 64 x 48");
+}
+
 void test_refusals_of_images(void**) {
   assert_refused(Dataset::open(scratch.path("nowhere")), "nowhere: no such folder");
   std::filesystem::create_directories(scratch.path("empty") / "left");
   assert_refused(Dataset::open(scratch.path("empty")), "right: no such folder");
   std::filesystem::create_directories(scratch.path("empty") / "right");
-  assert_refused(Dataset::open(scratch.path("empty")), "left: no JPEG, PNG or TIFF");
+  assert_refused(Dataset::open(scratch.path("empty")), "left: no image here");
   scratch.file("empty/left/0.png", "x");
-  assert_refused(Dataset::open(scratch.path("empty")), "right: no JPEG, PNG or TIFF");
+  assert_refused(Dataset::open(scratch.path("empty")), "right: no image here");
   scratch.file("empty/right/0.png", "x");
   assert_refused(Dataset::open(scratch.path("empty")), "no image can be read");
   scratch.file("empty/right/0.jpg", "x");
@@ -169,6 +314,13 @@ void test_refusals_of_calibration(void**) {
   refuse("P0: 500 0 30 0 0 500 20 0 0 0 1 0\n", "neither one line");
   refuse("500 0 30 0 0 500 20 0 0 0 1 0\n500 0 30 250 0 500 20 0 0 0 1 0\n", "swapped");
   refuse("500 0 30 0 0 500 20 0 0 0 1 0\n501 0 30 -250 0 501 20 0 0 0 1 0\n", "rectified pair");
+  refuse("400 400 3100.5 23.5 0.12\n", "outside of the image of 64 x 48");
+  refuse("400 400 31.5 23.5 120\n", "millimetres");
+  refuse("cam0=[400 0 30; 0 400 20; 0 0 1]\ncam1=[400 0 32; 0 400 20; 0 0 1]\nbaseline=120\n",
+         "understood (Middlebury)");
+  refuse(
+      "cam0=[400 0 30; 0 400 20; 0 0 1]\ncam1=[400 0 30; 0 400 20; 0 0 1]\nbaseline=120\nwidth=32\nheight=24\n",
+      "images of 32 x 24, these are 64 x 48");
   refuse("500 9 30 0 0 500 20 0 0 0 1 0\n500 0 30 -250 0 500 20 0 0 0 1 0\n", "calib.txt:1: not the 3x4");
 }
 
@@ -228,6 +380,12 @@ int main() {
       cmocka_unit_test(test_kitti_colour_pair),
       cmocka_unit_test(test_missing_images_are_frames),
       cmocka_unit_test(test_stamps_by_number),
+      cmocka_unit_test(test_which_image_belongs_to_which),
+      cmocka_unit_test(test_units_of_stamps),
+      cmocka_unit_test(test_euroc_layout),
+      cmocka_unit_test(test_kitti_raw_layout),
+      cmocka_unit_test(test_truth_that_does_not_fit_is_told),
+      cmocka_unit_test(test_sizes_and_depths),
       cmocka_unit_test(test_refusals_of_images),
       cmocka_unit_test(test_refusals_of_calibration),
       cmocka_unit_test(test_sample),
