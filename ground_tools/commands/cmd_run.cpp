@@ -16,6 +16,7 @@
 #include "commands/frame_range.hpp"
 #include "commands/number_list.hpp"
 #include "dataset/dataset.hpp"
+#include "dataset/pair_check.hpp"
 #include "ortho/raster_source.hpp"
 #include "ortho/reference_system.hpp"
 #include "plot/ortho_piece.hpp"
@@ -30,6 +31,7 @@ namespace fs = std::filesystem;
 
 struct RunOptions {
   fs::path dataset;
+  std::vector<fs::path> calibration;
   fs::path scene;
   std::vector<std::string> sets;
   bool simulate = false;  ///< --scene or --set was given
@@ -101,16 +103,31 @@ StepTrim parse_degrade(const std::string& text) {
 struct DriveSource {
   std::unique_ptr<sim::World> world;
   std::unique_ptr<Drive> drive;
+  PairFault fault;  ///< of a data set's images
 };
 
-DriveSource open_drive(const RunOptions& options) {
+void warn(const std::string& words) { fmt::print(stderr, "cairn: warning: {}\n", words); }
+
+/// What a data set's files and images say against it: told before the work. Swapped images are refused.
+void open_dataset(const RunOptions& options, const ReplayOptions& range, DriveSource& source) {
+  auto data = std::make_unique<Dataset>(Dataset::open(options.dataset, options.calibration));
+  for (const std::string& note : data->notes()) warn(note);
+  const std::size_t end = std::min(range.end_frame, data->size());
+  if (range.first_frame < end) source.fault = check_pairs(*data, range.first_frame, end);
+  if (source.fault.kind == PairFault::Kind::kSwapped)
+    throw ToolError("{}: {}", options.dataset.string(), source.fault.words);
+  if (source.fault.kind != PairFault::Kind::kNone) warn(source.fault.words);
+  source.drive = std::move(data);
+}
+
+DriveSource open_drive(const RunOptions& options, const ReplayOptions& range) {
   DriveSource source;
   if (options.simulate) {
     source.world = std::make_unique<sim::World>(sim::load_scene(options.scene, options.sets));
     source.drive = std::make_unique<sim::SimulatedDrive>(
         *source.world, options.scene.empty() ? "simulated drive" : options.scene.string());
   } else {
-    source.drive = std::make_unique<Dataset>(Dataset::open(options.dataset));
+    open_dataset(options, range, source);
   }
   return source;
 }
@@ -171,7 +188,7 @@ void run(RunOptions options) {
     title.map_pixel_m = map.pixel_m;
     title.orbital = std::move(map.boulders);
   }
-  const DriveSource source = open_drive(options);
+  const DriveSource source = open_drive(options, replay_options);
   const Drive& drive = *source.drive;
   title.truth_rocks = drive.truth_rocks();
   if (!options.ortho.empty())
@@ -187,11 +204,20 @@ void run(RunOptions options) {
     ProgressLine progress(fmt::format("run {}", fs::path(title.dataset).filename().string()));
     replay = run_replay(drive, replay_options, [&](double share) { progress.show(share); });
   }
-  for (const std::string& warning : replay.warnings) fmt::print(stderr, "cairn: warning: {}\n", warning);
+  for (const std::string& warning : replay.warnings) warn(warning);
   const RunErrors errors = errors_of(replay);
   results.write(title, replay, errors, pictures);
   print_table(replay, errors);
   fmt::print("written: {}\n", results.names());
+  if (const std::string words = truth_words(errors, replay); !words.empty()) warn(words);
+  const MotionCounts motion = motion_counts(replay);
+  if (motion.unmeasured() == 0) return;
+  const std::string cause = source.fault.words.empty() ? motion.cause() : source.fault.words;
+  if (motion.measured > 0) {
+    warn(fmt::format("{}: {}", motion.words(), cause));
+    return;
+  }
+  throw ToolError("{}: no step of the drive was measured ({}): {}", title.dataset, motion.words(), cause);
 }
 
 }  // namespace
@@ -201,6 +227,10 @@ void add_run_command(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("run", "Replay a drive, on disk or simulated, through the flight module");
   command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/guide/drives.md)");
+  command
+      ->add_option("--calibration", options->calibration,
+                   "one file or two (left, right) in place of the data set's own; kinds: cairn rig")
+      ->expected(1, 2);
   command->add_option("--scene", options->scene,
                       "instead of a data set: a scene (TOML), rendered during "
                       "the drive");

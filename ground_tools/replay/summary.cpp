@@ -60,6 +60,66 @@ double largest_excess(const TrajectoryErrors& vo, const TrajectoryErrors& correc
   return excess;
 }
 
+std::string MotionCounts::words() const {
+  std::string text = fmt::format("of {} frames {} held, {} extrapolated", frames, held, extrapolated);
+  if (by_prior > 0) text += fmt::format(", {} by prior", by_prior);
+  return text;
+}
+
+std::string MotionCounts::cause() const {
+  const auto most = std::max_element(why.begin(), why.end());
+  switch (static_cast<VoStatus>(most - why.begin())) {
+    case VoStatus::kBadImage: return "images are missing, unreadable, or of another size";
+    case VoStatus::kFewFeatures: return "images show too little texture (dark, saturated, blurred?)";
+    case VoStatus::kFewStereo:
+      return "too few points are found in both images of a pair (not rectified, disparities beyond the mission's, or "
+             "not of the same moment?)";
+    case VoStatus::kFewMatches:
+    case VoStatus::kNoConsensus:
+      return "too few points agree from frame to frame (steps too large, frames out of order, or most of the image "
+             "moves by itself?)";
+    case VoStatus::kImplausible:
+      return "steps would be larger than a rover's (wrong baseline, or frames out of order?)";
+    default: return "VO says nothing of the cause";
+  }
+}
+
+MotionCounts motion_counts(const Replay& replay) {
+  MotionCounts counts;
+  counts.frames = replay.frames.size();
+  for (const ReplayFrame& f : replay.frames) {
+    const auto source = static_cast<PoseSource>(f.report.pose_source);
+    if (source == PoseSource::kStart || source == PoseSource::kNone) continue;
+    counts.measured += source == PoseSource::kVo ? 1U : 0U;
+    counts.held += source == PoseSource::kHeld ? 1U : 0U;
+    counts.extrapolated += source == PoseSource::kExtrapolated ? 1U : 0U;
+    counts.by_prior += source == PoseSource::kPrior ? 1U : 0U;
+    if (source != PoseSource::kVo) ++counts.why.at(f.report.vo_status);
+  }
+  return counts;
+}
+
+std::string truth_words(const RunErrors& errors, const Replay& replay) {
+  constexpr double kLeastPath_m = 0.3, kMostScale = 1.25, kMostOff = 0.25;
+  if (!errors.vo || errors.vo->poses.size() != replay.vo.size() || errors.vo->path_m < kLeastPath_m)
+    return {};
+  double path_m = 0.0;
+  for (std::size_t i = 1; i < replay.vo.size(); ++i)
+    path_m += (replay.vo[i].pose.t - replay.vo[i - 1].pose.t).norm();
+  const double ratio = path_m / errors.vo->path_m;
+  if (ratio > kMostScale || ratio < 1.0 / kMostScale) {
+    return fmt::format(
+        "VO's path is {:.2f} m, the true one {:.2f} m; are baseline and focal length those of these images, and "
+        "is the truth in metres?",
+        path_m, errors.vo->path_m);
+  }
+  if (errors.vo->end.xyz_m < kMostOff * errors.vo->path_m) return {};
+  return fmt::format(
+      "VO ends {:.2f} m off the truth after {:.2f} m; is the truth that of the left camera (T_map_cam, or KITTI's "
+      "axes), and of these frames?",
+      errors.vo->end.xyz_m, errors.vo->path_m);
+}
+
 ordered_json summary_json(const RunTitle& title, const Replay& replay, const RunErrors& errors) {
   ordered_json s;
   s["mission"] = cfg::kMission.name;
@@ -84,6 +144,11 @@ ordered_json summary_json(const RunTitle& title, const Replay& replay, const Run
         {"scale", replay.frames.back().report.scale},
         {"turn_deg_per_m", replay.frames.back().report.turn_rad_per_m * static_cast<float>(kDegPerRad)}};
   }
+  const MotionCounts motion = motion_counts(replay);
+  s["counts"]["poses"] = {{"measured", motion.measured},
+                          {"held", motion.held},
+                          {"extrapolated", motion.extrapolated},
+                          {"by_prior", motion.by_prior}};
   s["counts"]["vo"] = counts_json(replay.health.vo, vo_status_name);
   s["counts"]["boulders"] = counts_json(replay.health.boulders, observe_status_name);
   s["counts"]["fixes"] = counts_json(replay.health.fixes, fix_status_name);

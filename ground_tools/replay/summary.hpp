@@ -1,6 +1,8 @@
 /// A replay in numbers: the table that is printed, and `summary.json`.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -33,6 +35,27 @@ RunErrors errors_of(const Replay& replay);
 
 /// The largest amount by which the corrected error in x, y exceeds that of VO alone; 0 where it never does.
 double largest_excess(const TrajectoryErrors& vo, const TrajectoryErrors& corrected);
+
+/// How the poses came about.
+struct MotionCounts {
+  std::size_t frames = 0;
+  std::size_t measured = 0;  ///< by VO
+  std::size_t held = 0;
+  std::size_t extrapolated = 0;
+  std::size_t by_prior = 0;
+  std::array<std::uint32_t, kVoStatusCount> why{};  ///< of those not measured, by `VoStatus`
+
+  std::size_t unmeasured() const { return held + extrapolated + by_prior; }
+  /// `of 50 frames 7 held, 2 extrapolated`
+  std::string words() const;
+  /// What VO says that most of these lacked.
+  std::string cause() const;
+};
+MotionCounts motion_counts(const Replay& replay);
+
+/// Where VO and truth can hardly be of the same drive, a line that says so and what to look at; else empty:
+/// on 0.3 m or more, VO's path is longer or shorter by a quarter or more, or ends a quarter of it off.
+std::string truth_words(const RunErrors& errors, const Replay& replay);
 
 nlohmann::ordered_json summary_json(const RunTitle& title, const Replay& replay, const RunErrors& errors);
 

@@ -13,6 +13,7 @@
 #include "core/crc32.hpp"
 #include "ground_tools/program.hpp"
 #include "ground_tools/test_images.hpp"
+#include "support/plane_scene.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
@@ -54,8 +55,35 @@ void make_set(const std::string& name, int width, int height) {
   scratch.file(name + "/calib.txt", "80 80 31.5 31.5 0.12\n");
 }
 
+/// Pairs over a textured plane, 5 cm apart: a drive that can be measured. Right images are `lower_px` rows
+/// lower; `swapped`: left for right.
+void make_drive(const std::string& name, int lower_px = 0, bool swapped = false, int frames = 2) {
+  static test::PlaneScene scene;
+  static bool made = false;
+  if (!made) scene.make(7);
+  made = true;
+  StereoRig rig{256, 192, 200.0, 200.0, 127.5, 95.5, 0.12, {}};
+  const Pose3 T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, rig.baseline_m);
+  Random random(3);
+  static std::vector<std::uint8_t> pixels;
+  pixels.resize(256 * 192);
+  for (int i = 0; i < frames; ++i) {
+    for (const bool right : {false, true}) {
+      const Pose3 T_map_rover{Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.05 * i, 0.0, 0.0)};
+      scene.render(rig, T_map_rover * T_rover_cam, right, 1.0, random, pixels.data());
+      const auto grey = [&](int, int x, int y) {
+        return pixels[256 * std::max(0, y - (right ? lower_px : 0)) + x];
+      };
+      test::write_image(
+          scratch.path(name + (right != swapped ? "/right/" : "/left/") + std::to_string(i) + ".png"), "PNG",
+          GDT_Byte, 256, 192, 1, grey);
+    }
+  }
+  scratch.file(name + "/calib.txt", "200 200 127.5 95.5 0.12\n");
+}
+
 int make_input(void**) {
-  make_set("set", 64, 64);
+  make_drive("set");
   make_set("large", cfg::kImageWidth + 2, cfg::kImageHeight);
   std::vector<TableBoulder> boulders(3);
   for (int i = 0; i < 3; ++i) {
@@ -90,11 +118,64 @@ void test_good_runs(void**) {
 }
 
 void test_an_image_that_cannot_be_read_is_a_warning(void**) {
-  make_set("holes", 64, 64);
+  make_drive("holes", 0, false, 3);
   scratch.file("holes/left/1.png", "no PNG");
   assert_int_equal(cairn("run" + set("holes") + out() + kStart + " --no-map"), 0);
   assert_true(errors.find("cairn: warning: ") == 0 && errors.find("left/1.png") != std::string::npos);
   fs::remove_all(scratch.path("out"));
+}
+
+// The one exit code that scripts look at: results are written, and yet nothing was driven. No pair is usable,
+// so that the start pose is held from the first frame on.
+void test_a_drive_that_never_moved_fails(void**) {
+  make_set("still", 64, 64);  // too small for VO
+  assert_int_equal(cairn("run" + set("still") + out() + kStart + " --no-map"), 1);
+  assert_true(errors.find("no step of the drive was measured (of 2 frames 2 held") != std::string::npos);
+  assert_true(fs::exists(scratch.path("out/vo.tum")));
+  fs::remove_all(scratch.path("out"));
+}
+
+void test_what_images_say_is_told(void**) {
+  make_drive("lower", 3);
+  assert_true(cairn("run" + set("lower") + out() + kStart + " --no-map") >= 0);
+  if (errors.find("right images lie 3.0") == std::string::npos)
+    fail_msg("no word of 3 px in '%s'", errors.c_str());
+  fs::remove_all(scratch.path("out"));
+  make_drive("swapped", 0, true);
+  check_refused(set("swapped") + out() + kStart + " --no-map", "swapped", "exchange the folders");
+}
+
+void test_truth_of_another_drive_is_told(void**) {
+  make_drive("scale", 0, false, 8);
+  const auto told = [](double x_m, double y_m, const char* words) {
+    std::string truth;
+    for (int i = 0; i < 8; ++i) {
+      truth += std::to_string(i) + " " + std::to_string(x_m * i) + " " + std::to_string(y_m * i) +
+               " 0 -0.638224 0.638224 -0.304417 0.304417\n";
+    }
+    scratch.file("scale/truth_left_camera.tum", truth);
+    assert_int_equal(cairn("run" + set("scale") + out() + " --no-map"), 0);
+    if (errors.find(words) == std::string::npos) fail_msg("no '%s' in '%s'", words, errors.c_str());
+    fs::remove_all(scratch.path("out"));
+  };
+  told(0.5, 0.0, "the true one 3.50 m; are baseline");
+  told(0.0, 0.05, "off the truth after 0.35 m; is the truth that of the left camera");
+  told(0.05, 0.0, "");
+  assert_true(errors.empty());
+}
+
+// A calibration from elsewhere takes the place of the data set's own.
+void test_calibration_option(void**) {
+  scratch.file("ros_left.yaml",
+               "image_width: 256\nimage_height: 192\nP: [200, 0, 127.5, 0, 0, 200, 95.5, 0, 0, 0, 1, 0]\n");
+  scratch.file("ros_right.yaml",
+               "image_width: 256\nimage_height: 192\nP: [200, 0, 127.5, -24, 0, 200, 95.5, 0, 0, 0, 1, 0]\n");
+  const std::string both = " --calibration " + scratch.path("ros_left.yaml").string() + " " +
+                           scratch.path("ros_right.yaml").string();
+  assert_int_equal(cairn("run" + set() + both + out() + kStart + " --no-map"), 0);
+  fs::remove_all(scratch.path("out"));
+  check_refused(set() + " --calibration " + scratch.path("ros_left.yaml").string() + out() + " --no-map",
+                "ros_left.yaml", "two files");
 }
 
 void test_data_sets(void**) {
@@ -250,6 +331,10 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_good_runs),
       cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
+      cmocka_unit_test(test_a_drive_that_never_moved_fails),
+      cmocka_unit_test(test_what_images_say_is_told),
+      cmocka_unit_test(test_truth_of_another_drive_is_told),
+      cmocka_unit_test(test_calibration_option),
       cmocka_unit_test(test_data_sets),
       cmocka_unit_test(test_a_damaged_map),
       cmocka_unit_test(test_which_map),
