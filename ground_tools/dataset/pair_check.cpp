@@ -176,7 +176,7 @@ Vec4 row_terms(const PatchMatch& m, int width, int height) {
   return {1.0, x, y, -x * y * m.disparity_px / width * 8.0};
 }
 
-// ---- a drive ----------------------------------------------------------------------------------------------------------
+// ---- a drive ----------------------------------------------------------------------------------------------
 
 double mean_grey(const Image& image) {
   double sum = 0.0;
@@ -202,8 +202,8 @@ double departure(const RowFit& fit) {
 }
 
 /// -1 or 1 where the right images belong to the frame before or after, for most of these frames; else 0. On
-/// flat ground rows of two frames differ smoothly, and so as lenses and turns make them differ: what counts is
-/// that they do not differ with the neighbour's.
+/// flat ground rows of two frames differ smoothly, and so as lenses and turns make them differ: what counts
+/// is that they do not differ with the neighbour's.
 int late_by(const Drive& drive, const std::vector<std::size_t>& frames, std::size_t first, std::size_t end) {
   int votes[2] = {0, 0}, asked = 0;
   for (const std::size_t i : frames) {

@@ -19,9 +19,9 @@ struct PatchMatch {
   double lower_px = 0.0;      ///< by how much it lies lower in the right image
 };
 
-/// Up to 300 patches of 11 x 11 pixels with texture, spread over the left image, searched within a quarter of
-/// the width either way and 12 rows up and down (images wider than 800 are halved first, so 24 rows). Kept are
-/// those that correlate to 0.85 or better and clearly better than anywhere else.
+/// Up to 300 patches of 11 x 11 pixels with texture, spread over the left image, searched within a quarter
+/// of the width either way and 12 rows up and down (images wider than 800 are halved first, so 24 rows).
+/// Kept are those that correlate to 0.85 or better and clearly better than anywhere else.
 std::vector<PatchMatch> match_patches(ImageU8 left, ImageU8 right);
 
 /// How matches depart from equal rows: lower = offset + roll x + stretch y - bend x y d (pixels from the
@@ -38,9 +38,9 @@ struct RowFit {
 /// Nothing where there are fewer than 12 matches.
 std::optional<RowFit> fit_rows(const std::vector<PatchMatch>& matches, int width, int height);
 
-/// What is wrong with the pairs of a drive, with the mend; empty where nothing shows. Looks at three frames of
-/// the range: dark, nothing matches, swapped, one image lower, the right image of the frame before or after,
-/// turned or bent images. Asked for: most frames agree, each with 12 matches or more.
+/// What is wrong with the pairs of a drive, with the mend; empty where nothing shows. Looks at three frames
+/// of the range: dark, nothing matches, swapped, one image lower, the right image of the frame before or
+/// after, turned or bent images. Asked for: most frames agree, each with 12 matches or more.
 struct PairFault {
   enum class Kind {
     kNone,
