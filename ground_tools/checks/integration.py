@@ -53,6 +53,8 @@ def check_symbols(page, asked, needs):
     named = {name.rsplit("::", 1)[-1] for cells in rows(section(page, "Symbols"))
              for name in re.findall(r"`([\w:]+)`", cells[0])}
     expected = {*symbols.C_FUNCTIONS, *needs, *(name.rsplit("::", 1)[-1] for name in asked)}
+    if not needs:  # a machine of 64 bits does without the compiler's helpers
+        named = {name for name in named if not name.startswith("__")}
     return [f"Symbols: {name} is missing in the table" for name in sorted(expected - named)] + \
            [f"Symbols: nothing asks for {name}" for name in sorted(named - expected)]
 
@@ -119,7 +121,8 @@ def self_test():
         ({"target": "two", "measured": {"stack": 5300}, "log": ""}, None),
         ({"asked": ["memcpy", "cairn::hal::camera_take", "cairn::hal::clock_us"]}, "clock_us is missing"),
         ({"asked": ["memcpy"]}, "nothing asks for camera_take"),
-        ({"needs": []}, "nothing asks for __udivdi3"),
+        ({"needs": []}, None),
+        ({"needs": ["__muldi3"]}, "nothing asks for __udivdi3"),
         ({"page": page.replace("`memmove`, ", "")}, "memmove is missing"),
         ({"provided": ["memcpy", "memset", "memcmp"]}, "freestanding.c defines"),
         ({"main_cpp": sound["main_cpp"].replace("wait_for_work()", "wait_for_ever()")}, "another loop"),

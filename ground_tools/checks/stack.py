@@ -34,10 +34,9 @@ NODE = re.compile(r'node: \{ title: "([^"]*)" label: "((?:[^"\\]|\\.)*)"')
 EDGE = re.compile(r'edge: \{ sourcename: "([^"]*)" targetname: "([^"]*)"')
 FRAME = re.compile(r"\\n(\d+) bytes \(([^)]*)\)")
 POINTER = "__indirect_call"
-HEAD = re.compile(r"[0-9a-f]+ <(.+?)(\.cold)?>:$")
-CALL = re.compile(r"R_(?:X86_64_PLT32|PPC_(?:PLT)?REL24|PPC_LOCAL24PC|SPARC_WDISP30|SPARC_WPLT30)\s+([^\s+-]+)")
-CALL_BY_POINTER = re.compile(r"\t(call\s+(\*|%)|bctrl|blrl|jmpl\s.*%o7)")
-
+HEAD = re.compile(r"[0-9a-f]+ <(?!\.L)(.+?)(\.cold)?>:$")  # RISC-V objects keep their local labels
+CALL = re.compile(r"R_(?:X86_64_PLT32|PPC_(?:PLT)?REL24|PPC_LOCAL24PC|SPARC_WDISP30|SPARC_WPLT30|RISCV_CALL(?:_PLT)?)\s+([^\s+-]+)")
+CALL_BY_POINTER = re.compile(r"\t(call\s+(\*|%)|bctrl|blrl|jmpl\s.*%o7|jalr\s+(?!ra\b))")
 
 
 def plain(name):

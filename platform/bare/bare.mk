@@ -25,7 +25,7 @@ BARE_DEFS   = -DCAIRN_NO_FILES
 BARE_FLAGS  = $(CPU) -g -O2 -ffreestanding -fno-tree-loop-distribute-patterns -ffunction-sections -fdata-sections \
               -MMD -MP -Wall -Wextra -Werror
 
-NEWLIB_CC = $(CC) $(NEWLIB_CPU) -mlong-double-64 -ffreestanding -U__linux__ -U__gnu_linux__ -U__unix__ -Ulinux -Uunix \
+NEWLIB_CC = $(CC) $(NEWLIB_CPU) $(LONG_DOUBLE) -ffreestanding -U__linux__ -U__gnu_linux__ -U__unix__ -Ulinux -Uunix \
             -fno-pic -fno-stack-protector
 $(NEWLIB)/.done:
 	@printf '  NEWLIB   %s (a minute or two)\n' '$(TARGET)'
@@ -56,8 +56,9 @@ build/cmocka-src/.done:
 	@cd $(@D) && mkdir src && \
 	  tar -C src --strip-components=1 -xf $$(ls cmocka_*.orig.tar.* | grep -v asc) && touch .done
 
-CMOCKA_DEFS := -include signal.h -include malloc.h -DHAVE_INTTYPES_H -DHAVE_STRINGS_H -DHAVE_MALLOC_H \
-               -U__linux__ -U__unix__ -U__gnu_linux__ -mlong-double-64
+CMOCKA_DEFS := -include stdint.h -D_UINTPTR_T -include signal.h -include malloc.h \
+               -DHAVE_INTTYPES_H -DHAVE_STRINGS_H -DHAVE_MALLOC_H \
+               -U__linux__ -U__unix__ -U__gnu_linux__ $(LONG_DOUBLE)
 $(CMOCKA): build/cmocka-src/.done $(NEWLIB)/.done
 	@mkdir -p $(@D)
 	$(call say,CC,cmocka.c)

@@ -8,6 +8,7 @@ CPU           := -m32 -mcpu=leon3 -fno-pic $(ERRATA:%=-mfix-%)
 NEWLIB_TARGET := sparc-leon3-elf
 NEWLIB_CPU    := -m32 -mcpu=leon3
 NEWLIB_DEFS   :=
+LONG_DOUBLE   := -mlong-double-64
 ELF_MACHINE   := Sparc
 # What the flight library may ask of libgcc (libgcc_v8.c has it); nothing of libm.
 FLIGHT_NEEDS  := __udivdi3 __floatundidf

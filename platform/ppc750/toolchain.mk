@@ -5,6 +5,7 @@ CPU           := -mcpu=750 -mno-sdata -fno-pic
 NEWLIB_TARGET := powerpc-eabi
 NEWLIB_CPU    := -mcpu=750
 NEWLIB_DEFS   := -D__IEEE_BIG_ENDIAN
+LONG_DOUBLE   := -mlong-double-64
 ELF_MACHINE   := PowerPC
 # What the flight library may ask of libgcc and libm (ground_tools/checks/symbols.py); nothing of libm.
 FLIGHT_NEEDS  := __udivdi3 __floatundidf
