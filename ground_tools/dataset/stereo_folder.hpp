@@ -24,10 +24,9 @@ struct StereoFolder {
 
 /// Finds the pairs below `folder` (layouts: doc/guide/drives.md). Order: shorter names first, then by text,
 /// so that numbers need no leading zeros. Left and right belong together by name without extension; where
-/// fewer than half agree so, by the number at the end of the name (left0001, I1_000001, 7 and 000007),
-/// then, where names are times, by the nearest within half an interval. An image missing on one side is a
-/// frame with an empty path there. Throws ToolError: no images, names that do not pair, numbers that
-/// repeat.
+/// fewer than half agree so, by the number at the end of the name (left0001, I1_000001, 7 and 000007), then,
+/// where names are times, by the nearest within half an interval. An image missing on one side is a frame
+/// with an empty path there. Throws ToolError: no images, names that do not pair, numbers that repeat.
 StereoFolder find_stereo_images(const std::filesystem::path& folder);
 
 /// What turns stamps into seconds: 1, 1e-3, 1e-6 or 1e-9. From 1e11 on stamps are no seconds; taken is the
