@@ -125,10 +125,10 @@ demo: ## render a fresh stretch of terrain, map it, drive over it, and tell how 
 	$(call ready,build,$(CAIRN))
 	@mission_cfg/scenes/demo.sh $(CAIRN) $(DEMO)
 
-paper: ## the paper's evaluation: 100 m, 7 map resolutions (SEEDS='1 2 ...'); goes on where it was stopped
+paper: ## the paper's evaluation: 100 m, 7 map resolutions (SEEDS='1 2 ...' METHOD=shadow); goes on where it was stopped
 	$(call ready,build,$(CAIRN))
-	@printf 'Rendering sites and drives: %s\n' '$(SEEDS:%=$(PAPER)/%)'
-	@+$(MAKE) $(SEEDS:%=$(PAPER)/%/data/.rendered)
+	@printf 'Rendering sites and drives: %s\n' '$(SEEDS:%=$(PAPER_DATA)/%)'
+	@+$(MAKE) $(SEEDS:%=$(PAPER_DATA)/%/data/.rendered)
 	@printf 'Preparing maps, driving over them\n'
 	$(build) $(PAPER_ALL:%=%/summary.json)
 	@$(CAIRN) table $(PAPER_ALL) -o $(PAPER)/table.csv
@@ -404,7 +404,10 @@ $(B)/decode.elf: $(B)/platform/tape/decode.o $(B)/decode_map.o $(FSW_LIB) $(PLAT
 
 # ---- the paper's evaluation ----------------------------------------------------------------------------------------
 # Each file below is whole or absent, so that make knows what is left to do.
-PAPER        := build/paper
+# METHOD=shadow has maps made by it, in a folder of their own, in place of the paper's detector.
+METHOD       ?= otsu
+PAPER_DATA   := build/paper
+PAPER        := build/paper$(if $(filter-out otsu,$(METHOD)),-$(METHOD))
 SEEDS        ?= 1
 # Orthoimages: those of the paper's Table I, then coarser ones, as named by cairn sim.
 PAPER_MAPS   := 5mm 6.67mm 10mm 20mm 50mm 100mm 250mm
@@ -413,24 +416,26 @@ PAPER_RUNS   := $(foreach map,rocks $(PAPER_MAPS),as_it_is/$(map) degraded/$(map
 PAPER_ALL    := $(foreach seed,$(SEEDS),$(PAPER_RUNS:%=$(PAPER)/$(seed)/%))
 # Ends 2.5 m off after the 100 m, as the paper's VO does.
 PAPER_DRIFT  := scale=1.02,yaw=0.038deg/m
-PAPER_DRIVE   = $(CAIRN) run --dataset $(<D)/data --map $< --ortho $(<D)/data/ortho_20mm.tif
+PAPER_DRIVE   = $(CAIRN) run --dataset $(PAPER_DATA)/$(1)/data --map $$< --ortho $(PAPER_DATA)/$(1)/data/ortho_20mm.tif
 
-$(PAPER)/%/data/.rendered:
+$(PAPER_DATA)/%/data/.rendered:
 	@mkdir -p $(@D)
 	@$(CAIRN) sim mission_cfg/scenes/paper.toml --set seed=$* -o $(@D) --ortho $(PAPER_PIXELS)
 	@touch $@
 define paper_rules
-$(PAPER)/$(1)/%.cmap: $(PAPER)/$(1)/data/.rendered
-	@$$(CAIRN) map build $$(<D)/ortho_$$*.tif --method otsu -o $$@
-$(PAPER)/$(1)/rocks.cmap: $(PAPER)/$(1)/data/.rendered
+$(PAPER)/$(1)/%.cmap: $(PAPER_DATA)/$(1)/data/.rendered
+	@mkdir -p $$(@D)
+	@$$(CAIRN) map build $$(<D)/ortho_$$*.tif --method $(METHOD) -o $$@
+$(PAPER)/$(1)/rocks.cmap: $(PAPER_DATA)/$(1)/data/.rendered
+	@mkdir -p $$(@D)
 	@$$(CAIRN) map build --from-csv $$(<D)/truth_rocks.csv -o $$@
 $(PAPER)/$(1)/as_it_is/%/summary.json: $(PAPER)/$(1)/%.cmap
 	@mkdir -p $$(@D)
-	@$$(PAPER_DRIVE) -o $$(@D) >$$(@D)/log
+	@$(PAPER_DRIVE) -o $$(@D) >$$(@D)/log
 	@printf 'drive %s over %s\n' '$(1)' '$$*'
 $(PAPER)/$(1)/degraded/%/summary.json: $(PAPER)/$(1)/%.cmap
 	@mkdir -p $$(@D)
-	@$$(PAPER_DRIVE) --degrade $(PAPER_DRIFT) -o $$(@D) >$$(@D)/log
+	@$(PAPER_DRIVE) --degrade $(PAPER_DRIFT) -o $$(@D) >$$(@D)/log
 	@printf 'drive %s over %s, VO made worse\n' '$(1)' '$$*'
 endef
 $(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
