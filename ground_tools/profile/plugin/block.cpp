@@ -15,7 +15,7 @@ Block make_block(const Timing& timing, std::uint32_t start, const std::vector<In
   Block out;
   out.start = start;
   out.length = static_cast<std::uint32_t>(code.size());
-  out.end = start + 4 * out.length;
+  out.end = start;
   std::fill(std::begin(out.slack), std::end(out.slack), kNever);
   std::uint32_t ready[kResources] = {};
   bool own[kResources] = {};
@@ -33,6 +33,8 @@ Block make_block(const Timing& timing, std::uint32_t start, const std::vector<In
     ready[resource] = when;
   };
   for (const Instruction& i : code) {
+    out.last = out.end;
+    out.end += i.bytes;
     const ClassCost& cost = timing.cost[static_cast<int>(i.kind)];
     out.ends_trap = out.ends_trap || i.ends_trap;
     ++out.counts[static_cast<int>(i.kind)];

@@ -25,6 +25,7 @@ struct Block {
 
   std::uint32_t start = 0;
   std::uint32_t end = 0;     ///< the address after it
+  std::uint32_t last = 0;    ///< of its last instruction
   std::uint32_t length = 0;  ///< instructions
   std::uint32_t cycles = 0;
   int function = 0;

@@ -1,4 +1,4 @@
-/// What the timing model needs to know of an instruction, and decoders for the two processors.
+/// What the timing model needs to know of an instruction, and decoders for the three processors.
 #pragma once
 
 #include <cstdint>
@@ -90,6 +90,7 @@ struct Instruction {
   Flow flow = Flow::kNext;
   bool splits = false;       ///< may trap in the midst of ordinary code (SPARC save and restore)
   bool ends_trap = false;    ///< SPARC rett
+  std::uint8_t bytes = 4;    ///< its own length
   std::uint8_t words = 0;    ///< of memory, 1 for a word or less
   std::uint8_t sources = 0;  ///< count
   std::uint8_t targets = 0;
@@ -102,5 +103,7 @@ struct Instruction {
 
 Instruction decode_ppc(std::uint32_t word);
 Instruction decode_sparc(std::uint32_t word);
+/// A compressed instruction in the lower half.
+Instruction decode_riscv(std::uint32_t word);
 
 }  // namespace cairn::profile

@@ -53,16 +53,22 @@ qemu_plugin_vcpu_mem_cb_t memory_call(Class kind) {
   }
 }
 
-Instruction instruction_at(const qemu_plugin_tb* tb, std::size_t index, bool sparc) {
-  const auto* p = static_cast<const std::uint8_t*>(qemu_plugin_insn_data(qemu_plugin_tb_get_insn(tb, index)));
+Instruction instruction_at(const qemu_plugin_tb* tb, std::size_t index, Isa isa) {
+  const qemu_plugin_insn* at = qemu_plugin_tb_get_insn(tb, index);
+  const auto* p = static_cast<const std::uint8_t*>(qemu_plugin_insn_data(at));
+  if (isa == Isa::kRiscv) {
+    std::uint32_t word = 0;
+    for (std::size_t i = qemu_plugin_insn_size(at); i-- > 0;) word = word << 8 | p[i];
+    return decode_riscv(word);
+  }
   const std::uint32_t word =
       std::uint32_t{p[0]} << 24 | std::uint32_t{p[1]} << 16 | std::uint32_t{p[2]} << 8 | p[3];
-  return sparc ? decode_sparc(word) : decode_ppc(word);
+  return isa == Isa::kSparc ? decode_sparc(word) : decode_ppc(word);
 }
 
-void set_flow(Block& block, const std::vector<Instruction>& code, bool sparc) {
+void set_flow(Block& block, const std::vector<Instruction>& code, Isa isa) {
   const std::size_t n = code.size();
-  if (!sparc) {
+  if (isa != Isa::kSparc) {
     block.flow = code[n - 1].flow;
   } else if (n >= 2 && code[n - 2].flow != Flow::kNext) {
     block.flow = code[n - 2].flow;
@@ -76,13 +82,13 @@ void set_flow(Block& block, const std::vector<Instruction>& code, bool sparc) {
 /// the whole translation begins.
 void add_block(qemu_plugin_tb* tb, std::size_t from, const std::vector<Instruction>& code, bool first) {
   const Timing& timing = profiler->timing();
-  const auto start = static_cast<std::uint32_t>(qemu_plugin_tb_vaddr(tb) + 4 * from);
+  const auto start = static_cast<std::uint32_t>(qemu_plugin_insn_vaddr(qemu_plugin_tb_get_insn(tb, from)));
   blocks.push_back(make_block(timing, start, code));
   Block& block = blocks.back();
   block.function = find_symbol(profiler->symbols(), start);
   block.first_line = profiler->fetch_line(start);
-  block.last_line = profiler->fetch_line(block.end - 4);
-  set_flow(block, code, timing.sparc);
+  block.last_line = profiler->fetch_line(block.end - 1);
+  set_flow(block, code, timing.isa);
   if (first) {
     qemu_plugin_register_vcpu_tb_exec_cb(tb, on_block, QEMU_PLUGIN_CB_NO_REGS, &block);
   } else {
@@ -113,7 +119,7 @@ void on_translation(qemu_plugin_id_t, qemu_plugin_tb* tb) {
     from = end;
   };
   for (std::size_t i = 0; i < count; ++i) {
-    const Instruction next = instruction_at(tb, i, profiler->timing().sparc);
+    const Instruction next = instruction_at(tb, i, profiler->timing().isa);
     if (next.splits && !code.empty() && code.back().flow != Flow::kNext) cut(i);
     code.push_back(next);
     if (i + 1 == count || next.splits) cut(i + 1);
@@ -165,7 +171,8 @@ Arguments parse(int argc, char** argv) {
 void install(qemu_plugin_id_t id, const qemu_info_t& info, int argc, char** argv) {
   const Arguments arguments = parse(argc, argv);
   const Timing timing = read_timing(arguments.timing);
-  if ((std::string(info.target_name).compare(0, 5, "sparc") == 0) != timing.sparc)
+  const char* const family = timing.isa == Isa::kPpc ? "ppc" : timing.isa == Isa::kSparc ? "sparc" : "riscv";
+  if (std::string(info.target_name).rfind(family, 0) != 0)
     throw std::runtime_error(arguments.timing + ": is for another processor than " + info.target_name);
   if (info.system_emulation && info.system.smp_vcpus > 1)
     throw std::runtime_error("one processor only; run QEMU without -smp");

@@ -85,7 +85,8 @@ void Profiler::go(const Block& block) {
       jumped(block);
       return;
     case Flow::kIndirect:
-      if (!timing_.sparc && block.start == previous_->end) return;  // a conditional return that was none
+      if (timing_.isa == Isa::kPpc && block.start == previous_->end)
+        return;  // a conditional return that was none
       clock_ += static_cast<std::uint64_t>(timing_.taken);
       returned(block);
       return;
@@ -130,7 +131,7 @@ void Profiler::jumped(const Block& block) {
 void Profiler::predict(const Block& from, bool taken) {
   if (taken) clock_ += static_cast<std::uint64_t>(timing_.taken);
   if (history_.empty()) return;
-  std::uint8_t& counter = history_[((from.end - 4) >> 2) & (history_.size() - 1)];
+  std::uint8_t& counter = history_[(from.last >> 2) & (history_.size() - 1)];
   if ((counter >= 2) != taken) clock_ += static_cast<std::uint64_t>(timing_.mispredicted);
   if (taken && counter < 3) ++counter;
   if (!taken && counter > 0) --counter;

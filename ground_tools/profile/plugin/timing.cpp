@@ -88,8 +88,9 @@ Timing read_timing(const std::string& path) {
   Timing out;
   out.name = file.root()["name"].value_or(std::string("unnamed"));
   const auto isa = file.root()["isa"].value_or(std::string());
-  if (isa != "ppc" && isa != "sparc") file.fail("isa must be \"ppc\" or \"sparc\"");
-  out.sparc = isa == "sparc";
+  if (isa != "ppc" && isa != "sparc" && isa != "riscv")
+    file.fail("isa must be \"ppc\", \"sparc\" or \"riscv\"");
+  out.isa = isa == "ppc" ? Isa::kPpc : isa == "sparc" ? Isa::kSparc : Isa::kRiscv;
   out.clock_mhz = file.root()["clock_mhz"].value_or(0.0);
   if (!(out.clock_mhz > 0.0)) file.fail("clock_mhz must be greater than 0");
   const toml::table& branch = file.table("branch");

@@ -20,9 +20,11 @@ struct ClassCost {
   int busy = 0;      ///< cycles that the unit takes no other
 };
 
+enum class Isa : std::uint8_t { kPpc, kSparc, kRiscv };
+
 struct Timing {
   std::string name;
-  bool sparc = false;
+  Isa isa = Isa::kPpc;
   double clock_mhz = 0.0;
   int taken = 0;
   int mispredicted = 0;

@@ -22,6 +22,7 @@ const std::string kSource = CAIRN_SOURCE_DIR;
 const test::Scratch scratch;
 Timing ppc;
 Timing leon;
+Timing riscv;
 
 constexpr CacheShape kWriteBack = {32768, 8, 32, 32, true};
 constexpr CacheShape kSubBlocks = {16384, 4, 16, 4, false};
@@ -160,10 +161,74 @@ void test_decodes_sparc(void**) {
   for (const Expected& e : table) check(e, decode_sparc(e.word));
 }
 
+void test_decodes_riscv(void**) {
+  constexpr int f = kFloat0;
+  static const std::vector<Expected> table = {
+      {0x7cc6b823, Class::kStore, Flow::kNext, 1, {13, 12}, {}},                        // sd a2,2000(a3)
+      {0x0642b187, Class::kLoad, Flow::kNext, 1, {5}, {f + 3}},                         // fld ft3,100(t0)
+      {0x00c58533, Class::kInteger, Flow::kNext, 0, {11, 12}, {10}},                    // add a0,a1,a2
+      {0x02c5853b, Class::kMultiply, Flow::kNext, 0, {11, 12}, {10}},                   // mulw a0,a1,a2
+      {0x02c5d533, Class::kDivide, Flow::kNext, 0, {11, 12}, {10}},                     // divu a0,a1,a2
+      {0x00005537, Class::kInteger, Flow::kNext, 0, {}, {10}},                          // lui a0,5
+      {0x02c5f553, Class::kFloat, Flow::kNext, 0, {f + 11, f + 12}, {f + 10}},          // fadd.d fa0,fa1,fa2
+      {0x10c5f553, Class::kFloatMultiply, Flow::kNext, 0, {f + 11, f + 12}, {f + 10}},  // fmul.s
+      {0x1ac5f553, Class::kFloatDivideDouble, Flow::kNext, 0, {f + 11, f + 12}, {f + 10}},  // fdiv.d
+      {0x5a05f553, Class::kFloatRootDouble, Flow::kNext, 0, {f + 11}, {f + 10}},            // fsqrt.d fa0,fa1
+      // fmadd.d fa0,fa1,fa2,fa3
+      {0x6ac5f543, Class::kFloatFusedDouble, Flow::kNext, 0, {f + 11, f + 12, f + 13}, {f + 10}},
+      {0xa2c59553, Class::kFloatCompare, Flow::kNext, 0, {f + 11, f + 12}, {10}},      // flt.d a0,fa1,fa2
+      {0xc205f553, Class::kFloatCompare, Flow::kNext, 0, {f + 11}, {10}},              // fcvt.w.d a0,fa1
+      {0xd2058553, Class::kFloatCompare, Flow::kNext, 0, {11}, {f + 10}},              // fcvt.d.w fa0,a1
+      {0x4015f553, Class::kFloatCompare, Flow::kNext, 0, {f + 11}, {f + 10}},          // fcvt.s.d fa0,fa1
+      {0x22c58553, Class::kFloatCompare, Flow::kNext, 0, {f + 11, f + 12}, {f + 10}},  // fsgnj.d
+      {0x00b50063, Class::kBranch, Flow::kBranch, 0, {10, 11}, {}},                    // beq a0,a1,.
+      {0x000000ef, Class::kBranch, Flow::kCall, 0, {}, {1}},                           // jal ra,.
+      {0x0000006f, Class::kBranch, Flow::kJump, 0, {}, {}},                            // j .
+      {0x000780e7, Class::kJump, Flow::kIndirectCall, 0, {15}, {1}},                   // jalr ra,0(a5)
+      {0x00008067, Class::kJump, Flow::kIndirect, 0, {1}, {}},                         // ret
+      {0x0ff0000f, Class::kSystem, Flow::kNext, 0, {}, {}},                            // fence
+      {0x00102573, Class::kSpecial, Flow::kNext, 0, {}, {10}},                         // frflags a0
+      {0x41c8, Class::kLoad, Flow::kNext, 1, {11}, {10}},                              // lw a0,4(a1)
+      {0x6442, Class::kLoad, Flow::kNext, 1, {2}, {8}},                                // ld s0,16(sp)
+      {0x2508, Class::kLoad, Flow::kNext, 1, {10}, {f + 10}},                          // fld fa0,8(a0)
+      {0xac22, Class::kStore, Flow::kNext, 1, {2, f + 8}, {}},                         // fsd fs0,24(sp)
+      {0xf406, Class::kStore, Flow::kNext, 1, {2, 1}, {}},                             // sd ra,40(sp)
+      {0xc1c8, Class::kStore, Flow::kNext, 1, {11, 10}, {}},                           // sw a0,4(a1)
+      {0x0505, Class::kInteger, Flow::kNext, 0, {10}, {10}},                           // addi a0,a0,1
+      {0x2505, Class::kInteger, Flow::kNext, 0, {10}, {10}},                           // addiw a0,a0,1
+      {0x852e, Class::kInteger, Flow::kNext, 0, {11}, {10}},                           // mv a0,a1
+      {0x952e, Class::kInteger, Flow::kNext, 0, {11, 10}, {10}},                       // add a0,a0,a1
+      {0x8d0d, Class::kInteger, Flow::kNext, 0, {10, 11}, {10}},                       // sub a0,a0,a1
+      {0x810d, Class::kInteger, Flow::kNext, 0, {10}, {10}},                           // srli a0,a0,3
+      {0x7139, Class::kInteger, Flow::kNext, 0, {2}, {2}},                             // addi sp,sp,-64
+      {0x0808, Class::kInteger, Flow::kNext, 0, {2}, {10}},                            // addi a0,sp,16
+      {0x4505, Class::kInteger, Flow::kNext, 0, {}, {10}},                             // li a0,1
+      {0x8082, Class::kJump, Flow::kIndirect, 0, {1}, {}},                             // ret
+      {0x9782, Class::kJump, Flow::kIndirectCall, 0, {15}, {1}},                       // jalr a5
+      {0xa001, Class::kBranch, Flow::kJump, 0, {}, {}},                                // j .
+      {0xe101, Class::kBranch, Flow::kBranch, 0, {10}, {}},                            // bnez a0,.
+  };
+  for (const Expected& e : table) check(e, decode_riscv(e.word));
+}
+
 Block block_of(const Timing& timing, const std::vector<std::uint32_t>& words) {
   std::vector<Instruction> code;
-  for (const std::uint32_t w : words) code.push_back(timing.sparc ? decode_sparc(w) : decode_ppc(w));
+  for (const std::uint32_t w : words)
+    code.push_back(timing.isa == Isa::kSparc   ? decode_sparc(w)
+                   : timing.isa == Isa::kRiscv ? decode_riscv(w)
+                                               : decode_ppc(w));
   return make_block(timing, 0x1000, code);
+}
+
+void test_lengths_of_instructions(void**) {
+  static Block b;
+  b = block_of(riscv, {0x0505, 0x00c58533, 0x8082});  // addi, add, ret: 2, 4 and 2 bytes
+  assert_int_equal(b.length, 3);
+  assert_int_equal(b.last, 0x1006);
+  assert_int_equal(b.end, 0x1008);
+  b = block_of(ppc, {0x38600001, 0x4e800020});
+  assert_int_equal(b.last, 0x1004);
+  assert_int_equal(b.end, 0x1008);
 }
 
 void test_waits_for_operands_and_units(void**) {
@@ -304,6 +369,7 @@ void test_refuses_bad_timing(void**) {
 int setup(void**) {
   ppc = read_timing(kSource + "/platform/ppc750/timing.toml");
   leon = read_timing(kSource + "/platform/leon3/timing.toml");
+  riscv = read_timing(kSource + "/platform/riscv64/timing.toml");
   return 0;
 }
 
@@ -317,6 +383,8 @@ int main() {
       cmocka_unit_test(test_sub_blocks_and_write_through),
       cmocka_unit_test(test_decodes_powerpc),
       cmocka_unit_test(test_decodes_sparc),
+      cmocka_unit_test(test_decodes_riscv),
+      cmocka_unit_test(test_lengths_of_instructions),
       cmocka_unit_test(test_waits_for_operands_and_units),
       cmocka_unit_test(test_results_under_way_between_blocks),
       cmocka_unit_test(test_trap_in_a_delay_slot),
