@@ -16,7 +16,7 @@ namespace {
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-constexpr int kNotAsTheyAre = 3;  ///< exit status: understood, and to be rectified first
+constexpr int kNotAsTheyAre = 3;  ///< exit status: understood, and to be rectified
 
 struct RigOptions {
   std::vector<fs::path> files;
@@ -69,7 +69,7 @@ void run(RigOptions options) {
           "rectified, as far as a calibration can tell; as calib.txt: {:.6f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
           rig.fx_px, rig.fy_px, rig.cx_px, rig.cy_px, rig.baseline_m);
     } else {
-      fmt::print("not rectified: {}; rectify the images first\n", why_not);
+      fmt::print("not rectified: {}; cairn run rectifies them\n", why_not);
     }
   }
   if (!why_not.empty()) throw CLI::RuntimeError(kNotAsTheyAre);

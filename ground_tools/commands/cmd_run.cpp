@@ -32,6 +32,7 @@ namespace fs = std::filesystem;
 struct RunOptions {
   fs::path dataset;
   std::vector<fs::path> calibration;
+  bool raw = false;
   fs::path scene;
   std::vector<std::string> sets;
   bool simulate = false;  ///< --scene or --set was given
@@ -110,10 +111,12 @@ void warn(const std::string& words) { fmt::print(stderr, "cairn: warning: {}\n",
 
 /// What a data set's files and images say against it: told before the work. Swapped images are refused.
 void open_dataset(const RunOptions& options, const ReplayOptions& range, DriveSource& source) {
-  auto data = std::make_unique<Dataset>(Dataset::open(options.dataset, options.calibration));
+  auto data = std::make_unique<Dataset>(Dataset::open(options.dataset, options.calibration,
+                                                      options.raw ? ImagesAre::kRaw : ImagesAre::kRectified));
   for (const std::string& note : data->notes()) warn(note);
   const std::size_t end = std::min(range.end_frame, data->size());
-  if (range.first_frame < end) source.fault = check_pairs(*data, range.first_frame, end);
+  const bool fits = data->rig().width_px <= cfg::kImageWidth && data->rig().height_px <= cfg::kImageHeight;
+  if (fits && range.first_frame < end) source.fault = check_pairs(*data, range.first_frame, end);
   if (source.fault.kind == PairFault::Kind::kSwapped)
     throw ToolError("{}: {}", options.dataset.string(), source.fault.words);
   if (source.fault.kind != PairFault::Kind::kNone) warn(source.fault.words);
@@ -209,8 +212,9 @@ void run(RunOptions options) {
   results.write(title, replay, errors, pictures);
   print_table(replay, errors);
   fmt::print("written: {}\n", results.names());
-  if (const std::string words = truth_words(errors, replay); !words.empty()) warn(words);
   const MotionCounts motion = motion_counts(replay);
+  const std::string doubt = motion.measured > 0 ? truth_words(errors, replay) : std::string();
+  if (!doubt.empty()) warn(doubt);
   if (motion.unmeasured() == 0) return;
   const std::string cause = source.fault.words.empty() ? motion.cause() : source.fault.words;
   if (motion.measured > 0) {
@@ -231,6 +235,8 @@ void add_run_command(CLI::App& app) {
       ->add_option("--calibration", options->calibration,
                    "one file or two (left, right) in place of the data set's own; kinds: cairn rig")
       ->expected(1, 2);
+  command->add_flag("--raw", options->raw,
+                    "images are raw, where the calibration tells of rectified ones, too");
   command->add_option("--scene", options->scene,
                       "instead of a data set: a scene (TOML), rendered during "
                       "the drive");

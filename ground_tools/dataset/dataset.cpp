@@ -7,7 +7,6 @@
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "dataset/image.hpp"
-#include "dataset/rig_file.hpp"
 #include "dataset/trajectory.hpp"
 
 namespace fs = std::filesystem;
@@ -177,9 +176,26 @@ Trajectory read_euroc_truth(const fs::path& path, const Pose3& T_body_cam) {
   return out;
 }
 
+/// By the flight code's own warp.
+Image remapped(const RemapTable& table, const Image& image) {
+  Image out;
+  out.width = table.width_px;
+  out.height = table.height_px;
+  out.pixels.resize(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
+  RemapJob job;
+  const RemapStatus started =
+      job.start(table, image.view(), packed_view(out.pixels.data(), out.width, out.height));
+  CAIRN_ASSERT(started == RemapStatus::kRunning);
+  WorkBudget all = WorkBudget::unlimited();
+  const Progress progress = job.step(all);
+  CAIRN_ASSERT(progress == Progress::kDone);
+  return out;
+}
+
 }  // namespace
 
-Dataset Dataset::open(const fs::path& folder, const std::vector<fs::path>& calibration) {
+Dataset Dataset::open(const fs::path& folder, const std::vector<fs::path>& calibration,
+                      ImagesAre images_are) {
   Dataset data;
   data.folder_ = folder;
   if (!fs::is_directory(folder))
@@ -189,7 +205,7 @@ Dataset Dataset::open(const fs::path& folder, const std::vector<fs::path>& calib
   data.frames_ = std::move(images.frames);
   data.notes_ = std::move(images.notes);
   data.measure_images();
-  data.read_calibration(calibration);
+  data.read_calibration(calibration, images_are);
   data.read_stamps();
   data.read_truth();
   return data;
@@ -206,20 +222,21 @@ void Dataset::measure_images() {
       try {
         const Image image = load_grey(path);
         found = true;
-        if (rig_.width_px == 0) {
-          rig_.width_px = image.width;
-          rig_.height_px = image.height;
-        } else if (image.width != rig_.width_px || image.height != rig_.height_px) {
+        if (file_width_px_ == 0) {
+          file_width_px_ = image.width;
+          file_height_px_ = image.height;
+        } else if (image.width != file_width_px_ || image.height != file_height_px_) {
           throw ToolError(
               "{}: right images are {} x {}, left ones {} x {}; give both the same size, and its calibration",
-              path.string(), image.width, image.height, rig_.width_px, rig_.height_px);
+              path.string(), image.width, image.height, file_width_px_, file_height_px_);
         }
       } catch (const ImageError& error) {
         reason = error.what();
       }
     }
   }
-  if (rig_.width_px == 0) throw ToolError("{}: no image can be read; the last: {}", folder_.string(), reason);
+  if (file_width_px_ == 0)
+    throw ToolError("{}: no image can be read; the last: {}", folder_.string(), reason);
 
   constexpr std::size_t kLooks = 8;
   const std::size_t stride = std::max<std::size_t>(1, frames_.size() / kLooks);
@@ -242,7 +259,7 @@ void Dataset::measure_images() {
                     sample_bits_, largest));
 }
 
-void Dataset::read_calibration(const std::vector<fs::path>& given) {
+void Dataset::read_calibration(const std::vector<fs::path>& given, ImagesAre images_are) {
   const std::vector<fs::path> files = given.empty() ? find_calibration(folder_) : given;
   if (files.empty()) {
     throw ToolError(
@@ -253,34 +270,52 @@ void Dataset::read_calibration(const std::vector<fs::path>& given) {
   const std::string name = left_folder_.filename() == "data" ? left_folder_.parent_path().filename().string()
                                                              : left_folder_.filename().string();
   RigQuestion question;
+  question.images = images_are;
   question.colour = name == "image_2" || name == "image_02";
   cameras_ = read_rig(files, question);
+  const auto of_these = [this](const CameraPair& pair) {
+    return (pair.left.width_px == 0 || pair.left.width_px == file_width_px_) &&
+           (pair.left.height_px == 0 || pair.left.height_px == file_height_px_);
+  };
+  if (!of_these(cameras_) && images_are == ImagesAre::kRectified) {
+    question.images = ImagesAre::kRaw;
+    if (CameraPair raw = read_rig(files, question); of_these(raw)) cameras_ = std::move(raw);
+  }
   for (CameraModel* camera : {&cameras_.left, &cameras_.right}) {
     if (camera->width_px == 0) {
-      camera->width_px = rig_.width_px;
-      camera->height_px = rig_.height_px;
+      camera->width_px = file_width_px_;
+      camera->height_px = file_height_px_;
     }
-    if (camera->width_px != rig_.width_px || camera->height_px != rig_.height_px) {
+    if (camera->width_px != file_width_px_ || camera->height_px != file_height_px_) {
       throw ToolError(
           "{}: is of images of {} x {}, these are {} x {}; give the calibration of these, or scale it",
-          files[0].string(), camera->width_px, camera->height_px, rig_.width_px, rig_.height_px);
+          files[0].string(), camera->width_px, camera->height_px, file_width_px_, file_height_px_);
     }
   }
   if (const std::string fault = fault_of(cameras_); !fault.empty())
     throw ToolError("{}: {}", files[0].string(), fault);
-  if (const std::string why = why_not_rectified(cameras_); !why.empty()) {
-    throw ToolError(
-        "{}: understood ({}), but the two cameras do not form a rectified pair: {}; rectify the images first, and "
-        "give their projections (OpenCV: stereoRectify, remap; ROS: stereo_image_proc)",
-        files[0].string(), cameras_.format, why);
-  }
-  const StereoRig rectified = rectified_rig(cameras_);
-  rig_.fx_px = rectified.fx_px;
-  rig_.fy_px = rectified.fy_px;
-  rig_.cx_px = rectified.cx_px;
-  rig_.cy_px = rectified.cy_px;
-  rig_.baseline_m = rectified.baseline_m;
   for (const std::string& note : cameras_.notes) notes_.push_back(files[0].string() + ": " + note);
+  take_rectified(files[0]);
+}
+
+void Dataset::take_rectified(const fs::path& calibration) {
+  const std::string why = why_not_rectified(cameras_);
+  if (why.empty()) {
+    rig_ = rectified_rig(cameras_);
+    return;
+  }
+  const auto made = std::make_shared<Rectification>();
+  if (const std::string fault = rectify(cameras_, *made); !fault.empty()) {
+    throw ToolError("{}: understood ({}), and not rectified: {}; and these cannot be rectified: {}",
+                    calibration.string(), cameras_.format, why, fault);
+  }
+  rig_ = rectified_rig(made->pair);
+  notes_.push_back(fmt::format(
+      "{}: not rectified: {}; rectified here to {} x {} px, focal lengths {:.2f}, {:.2f} px, centre {:.2f}, "
+      "{:.2f} px",
+      calibration.string(), why, rig_.width_px, rig_.height_px, rig_.fx_px, rig_.fy_px, rig_.cx_px,
+      rig_.cy_px));
+  rectification_ = made;
 }
 
 void Dataset::read_stamps() {
@@ -371,6 +406,8 @@ void Dataset::take_stamped(const fs::path& path, const Trajectory& truth) {
   std::size_t found = 0;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     truth_cam_[i] = pose_at(truth, frames_[i].stamp_s);
+    if (truth_cam_[i] && rectification_ != nullptr)
+      truth_cam_[i] = *truth_cam_[i] * rectification_->T_left_rect;
     found += truth_cam_[i] ? 1U : 0U;
   }
   if (found == frames_.size()) return;
@@ -407,25 +444,29 @@ void Dataset::read_kitti_poses(const fs::path& path) {
     }
     const Pose3 T_map_ref{Quat(R_map_world * R_world_cam).normalized(), R_map_world * p_world_cam_m};
     truth_cam_[i] = T_map_ref * cameras_.T_ref_left;
+    if (rectification_ != nullptr) truth_cam_[i] = *truth_cam_[i] * rectification_->T_left_rect;
   }
 }
 
 PairImages Dataset::images(std::size_t index) const {
   PairImages pair;
-  const auto load = [&](const fs::path& path, Image& image) {
+  const auto load = [&](const fs::path& path, const RemapTable* table, Image& image) {
     if (path.empty()) return;
     try {
       image = load_grey(path, sample_bits_);
-      if (image.width != rig_.width_px || image.height != rig_.height_px) {
+      if (image.width != file_width_px_ || image.height != file_height_px_) {
         pair.faults.push_back(fmt::format("{}: is {} x {}, the first one {} x {}; not used", path.string(),
-                                          image.width, image.height, rig_.width_px, rig_.height_px));
+                                          image.width, image.height, file_width_px_, file_height_px_));
+      } else if (table != nullptr) {
+        image = remapped(*table, image);
       }
     } catch (const ImageError& error) {
       pair.faults.emplace_back(error.what());
     }
   };
-  load(frames_[index].left, pair.left);
-  load(frames_[index].right, pair.right);
+  const bool raw = rectification_ != nullptr;
+  load(frames_[index].left, raw ? &rectification_->left : nullptr, pair.left);
+  load(frames_[index].right, raw ? &rectification_->right : nullptr, pair.right);
   return pair;
 }
 

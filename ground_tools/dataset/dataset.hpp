@@ -1,9 +1,10 @@
-/// A stereo data set on disk: rectified image pairs, calibration, and truth where there is some.
+/// A stereo data set on disk: image pairs, calibration, and truth where there is some.
 ///
 /// Layout (doc/guide/drives.md tells the same to the user):
 ///   images       folders and names: stereo_folder.hpp; kinds: image.hpp
 ///   calibration  calib.txt, or what rig_file.hpp reads under the names that it usually has, or files
-///                that are given. The pair must be rectified.
+///                that are given. A pair that is not rectified is rectified here (rectify.hpp); where the
+///                calibration tells of raw and rectified images, sizes decide, else the caller.
 ///   stamps       optional: times.txt (seconds, a row a frame) or timestamps.txt (frame number, stamp, ...;
 ///                or KITTI raw's dates, a row a frame), here or beside the left images. Without them a
 ///                frame's stamp is that of its name where names are times, else its number. Units:
@@ -22,12 +23,15 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "dataset/camera_model.hpp"
 #include "dataset/drive.hpp"
+#include "dataset/rectify.hpp"
+#include "dataset/rig_file.hpp"
 #include "dataset/stereo_folder.hpp"
 #include "dataset/trajectory.hpp"
 
@@ -37,12 +41,14 @@ class Dataset : public Drive {
  public:
   /// Throws ToolError, one line with the file and the mend: no folder, no images, no or wrong calibration,
   /// truth or stamps that cannot be read, no image that can be decoded (for the size).
-  /// `calibration`: one file or two (left, right) in place of the folder's own.
+  /// `calibration`: one file or two (left, right) in place of the folder's own. `images`: what they are
+  /// where it tells of both kinds.
   static Dataset open(const std::filesystem::path& folder,
-                      const std::vector<std::filesystem::path>& calibration = {});
+                      const std::vector<std::filesystem::path>& calibration = {},
+                      ImagesAre images = ImagesAre::kRectified);
 
   const std::filesystem::path& folder() const { return folder_; }
-  /// Sizes are those of the first readable image. T_rover_cam stays identity: where the rig sits
+  /// Of the images as `images` gives them: rectified. T_rover_cam stays identity: where the rig sits
   /// is the mission's.
   std::string name() const override { return folder_.string(); }
   const StereoRig& rig() const override { return rig_; }
@@ -50,6 +56,7 @@ class Dataset : public Drive {
   FrameTag tag(std::size_t index) const override { return {frames_[index].number, frames_[index].stamp_s}; }
   PairImages images(std::size_t index) const override;
   const std::vector<Frame>& frames() const { return frames_; }
+  /// As the calibration tells of the files.
   const CameraPair& cameras() const { return cameras_; }
   /// What was decided on the way and what does not fit, a line each: a warning to who flies it.
   const std::vector<std::string>& notes() const { return notes_; }
@@ -62,7 +69,8 @@ class Dataset : public Drive {
 
  private:
   void measure_images();
-  void read_calibration(const std::vector<std::filesystem::path>& given);
+  void read_calibration(const std::vector<std::filesystem::path>& given, ImagesAre images);
+  void take_rectified(const std::filesystem::path& calibration);
   void read_stamps();
   void read_truth();
   void read_kitti_poses(const std::filesystem::path& path);
@@ -71,8 +79,11 @@ class Dataset : public Drive {
   std::filesystem::path folder_;
   std::filesystem::path left_folder_;
   StereoRig rig_;
+  int file_width_px_ = 0;  ///< of the first readable image
+  int file_height_px_ = 0;
   CameraPair cameras_;
-  int sample_bits_ = 16;  ///< that 16-bit images use
+  std::shared_ptr<const Rectification> rectification_;  ///< null: images are taken as they are
+  int sample_bits_ = 16;                                ///< that 16-bit images use
   std::vector<std::string> notes_;
   std::vector<Frame> frames_;
   std::vector<std::optional<Pose3>> truth_cam_;  ///< as frames_

@@ -214,9 +214,10 @@ int late_by(const Drive& drive, const std::vector<std::size_t>& frames, std::siz
     const auto after = fit_of(pair.left, drive.images(i + 1).right);
     if (!before && !after) continue;
     ++asked;
-    constexpr double kAgree_px = 0.5, kBetter = 0.4;
+    constexpr double kAgree_px = 0.5, kMost_px = 3.0, kBetter = 0.4;
     const auto beats = [&](const std::optional<RowFit>& other) {
-      return other && other->rest_px < kAgree_px && (!own || departure(*other) < kBetter * departure(*own));
+      return other && other->rest_px < kAgree_px && departure(*other) < kMost_px &&
+             (!own || departure(*other) < kBetter * departure(*own));
     };
     votes[0] += beats(before) ? 1 : 0;
     votes[1] += beats(after) ? 1 : 0;
@@ -245,16 +246,18 @@ PairFault rows_disagree(const std::vector<RowFit>& fits) {
   if (median_of(fits, &RowFit::swapped) > kMostSwapped)
     return {
         Kind::kSwapped,
-        "left and right images are swapped (things lie farther right in the right image); exchange the folders"};
+        "left and right images are swapped (things lie farther right in the right image), or each is mirrored or "
+        "upside down; exchange the folders, or turn the images"};
   const double offset = median_of(fits, &RowFit::offset_px), roll = median_of(fits, &RowFit::roll_px);
   const double stretch = median_of(fits, &RowFit::stretch_px), bend = median_of(fits, &RowFit::bend_px);
   const double turned = std::max(std::fabs(roll), std::fabs(stretch));
   if (std::fabs(bend) > std::max(kBent_px, turned))
     return {
         Kind::kBent,
-        fmt::format("rows of left and right cross each other as raw lenses make them (bend {:.1f}, offset "
-                    "{:.2f} px); rectify the images, or give the lens' calibration",
-                    bend, offset)};
+        fmt::format(
+            "rows of left and right cross each other as raw lenses or turned cameras make them (bend {:.1f}, offset "
+            "{:.2f} px); rectify the images, or give the lens' calibration",
+            bend, offset)};
   if (turned > std::max(kTurned_px, std::fabs(offset)))
     return {
         Kind::kTurned,
@@ -337,12 +340,13 @@ PairFault check_pairs(const Drive& drive, std::size_t first, std::size_t end) {
   for (std::size_t k = 0; k < std::min(count, kLooks); ++k)
     frames.push_back(first + (count <= kLooks ? k : (k + 1) * count / (kLooks + 1)));
   std::vector<RowFit> fits;
-  std::size_t whole = 0, dark = 0;
+  std::size_t whole = 0, dark = 0, same = 0;
   double grey = 0.0;
   for (const std::size_t i : frames) {
     const PairImages pair = drive.images(i);
     if (pair.left.pixels.empty() || pair.right.pixels.empty()) continue;
     ++whole;
+    same += pair.left.pixels == pair.right.pixels ? 1U : 0U;
     const double level = std::min(mean_grey(pair.left), mean_grey(pair.right));
     grey = std::max(grey, level);
     constexpr double kDark = 12.0;
@@ -350,6 +354,8 @@ PairFault check_pairs(const Drive& drive, std::size_t first, std::size_t end) {
     if (const auto fit = fit_of(pair.left, pair.right)) fits.push_back(*fit);
   }
   if (whole == 0) return {};
+  if (2 * same > whole)
+    return {Kind::kSame, "left and right images are the same picture; give those of both cameras"};
   constexpr double kAgree_px = 0.35;  // pairs of one moment agree to a tenth of a pixel
   const bool matched = 2 * fits.size() > whole;
   const PairFault fault = matched ? rows_disagree(fits) : none_matches(whole, dark, grey);

@@ -39,11 +39,12 @@ struct RowFit {
 std::optional<RowFit> fit_rows(const std::vector<PatchMatch>& matches, int width, int height);
 
 /// What is wrong with the pairs of a drive, with the mend; empty where nothing shows. Looks at three frames
-/// of the range: dark, nothing matches, swapped, one image lower, the right image of the frame before or
-/// after, turned or bent images. Asked for: most frames agree, each with 12 matches or more.
+/// of the range: the same picture twice, dark, nothing matches, swapped, one image lower, the right image of
+/// the frame before or after, turned or bent images. Most frames have to agree, with 12 matches or more each.
 struct PairFault {
   enum class Kind {
     kNone,
+    kSame,
     kDark,
     kNothingMatches,
     kSwapped,

@@ -280,6 +280,87 @@ void test_sizes_and_depths(void**) {
   assert_refused(Dataset::open(scratch.path("depth")), "right images are 32 x 48, left ones 64 x 48");
 }
 
+// Right images of another principal point, by whole pixels: each side moves by half of the difference.
+void test_a_pair_that_is_not_rectified(void**) {
+  make_pairs("raw", "left", "right", {"0", "1"});
+  scratch.file("raw/calib.txt", "400 0 25 0 0 400 24 0 0 0 1 0\n400 0 27 -48 0 400 26 0 0 0 1 0\n");
+  scratch.file("raw/truth_left_camera.tum", "0 0 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("raw"));
+  assert_near(data.rig().cx_px, 26.0, 1e-9);
+  assert_near(data.rig().cy_px, 25.0, 1e-9);
+  assert_near(data.rig().baseline_m, 0.12, 1e-9);
+  assert_int_equal(data.rig().width_px, 64);
+  assert_int_equal(data.notes().size(), 1);
+  assert_true(data.notes()[0].find("principal points differ") != std::string::npos);
+  assert_true(data.notes()[0].find("rectified here to 64 x 48") != std::string::npos);
+  static PairImages pair;
+  pair = data.images(0);
+  static Image plain;
+  plain = load_grey(scratch.path("raw/left/0.png"));
+  const Image& left = pair.left;
+  const Image& right = pair.right;
+  static Image plain_right;
+  plain_right = load_grey(scratch.path("raw/right/0.png"));
+  for (int y = 1; y < 47; ++y) {
+    for (int x = 1; x < 63; ++x) {
+      assert_int_equal(left.view().at(x, y), plain.view().at(x - 1, y - 1));
+      assert_int_equal(right.view().at(x, y), plain_right.view().at(x + 1, y + 1));
+    }
+  }
+}
+
+// A raw left camera that is turned: truth is of the camera whose images are flown.
+void test_truth_of_a_turned_camera(void**) {
+  const auto sensor = [](const char* T_BS) {
+    return std::string("T_BS:\n  data: [") + T_BS +
+           "]\nintrinsics: [400, 400, 31.5, 23.5]\nresolution: [64, 48]\n"
+           "distortion_model: radial-tangential\ndistortion_coefficients: [-0.1, 0, 0, 0]\n";
+  };
+  for (const char* camera : {"cam0", "cam1"})
+    make_side(std::string("turned/mav0/") + camera + "/data", {"0.png", "1.png"});
+  // Both rolled by asin 0.1, which the baseline undoes.
+  const std::string R = "0.99498743710662, -0.1, 0, ",
+                    S = ", 0.1, 0.99498743710662, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1";
+  scratch.file("turned/mav0/cam0/sensor.yaml", sensor((R + "0" + S).c_str()));
+  scratch.file("turned/mav0/cam1/sensor.yaml", sensor((R + "0.12" + S).c_str()));
+  scratch.file("turned/truth_left_camera.tum",
+               "0 0 0 0 0 0 0.05006285 0.99874607\n1 1 0 0 0 0 0.05006285 0.99874607\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("turned"));
+  assert_near((data.truth_cam(1)->q * Vec3(1.0, 0.0, 0.0) - Vec3(1.0, 0.0, 0.0)).norm(), 0.0, 1e-6);
+  assert_near(data.truth_cam(1)->t.x(), 1.0, 0.0);
+}
+
+// Which of a calibration's two kinds the images are: by size, else as told.
+void test_raw_or_rectified(void**) {
+  make_pairs("both", "image_00/data", "image_01/data", {"0", "1"});
+  const auto calibration = [](const char* S, const char* S_rect) {
+    std::string text = "calib_time: now\n";
+    for (const char* i : {"00", "01"}) {
+      const bool right = i[1] == '1';
+      const std::string n = i;
+      text += "S_" + n + ": " + S + "\nK_" + n + ": 450 0 32 0 450 24 0 0 1\nD_" + n +
+              ": -0.3 0.1 0 0 0\nR_" + n + ": 1 0 0 0 1 0 0 0 1\nT_" + n + ": " + (right ? "-0.5" : "0") +
+              " 0 0\nS_rect_" + n + ": " + S_rect + "\nR_rect_" + n + ": 1 0 0 0 1 0 0 0 1\nP_rect_" + n +
+              ": 500 0 30 " + (right ? "-250" : "0") + " 0 500 20 0 0 0 1 0\n";
+    }
+    scratch.file("both/calib_cam_to_cam.txt", text);
+  };
+  static Dataset data;
+  const auto fx = [](ImagesAre are) {
+    data = Dataset::open(scratch.path("both"), {}, are);
+    return data.rig().fx_px;
+  };
+  calibration("64 48", "64 48");
+  assert_near(fx(ImagesAre::kRectified), 500.0, 1e-9);
+  assert_near(fx(ImagesAre::kRaw), 450.0, 1e-9);
+  calibration("64 48", "60 40");
+  assert_near(fx(ImagesAre::kRectified), 450.0, 1e-9);
+  calibration("70 50", "64 48");
+  assert_near(fx(ImagesAre::kRectified), 500.0, 1e-9);
+}
+
 void test_refusals_of_images(void**) {
   assert_refused(Dataset::open(scratch.path("nowhere")), "nowhere: no such folder");
   std::filesystem::create_directories(scratch.path("empty") / "left");
@@ -313,11 +394,8 @@ void test_refusals_of_calibration(void**) {
   refuse("0 400 31.5 23.5 0.12\n", "above 0");
   refuse("P0: 500 0 30 0 0 500 20 0 0 0 1 0\n", "neither one line");
   refuse("500 0 30 0 0 500 20 0 0 0 1 0\n500 0 30 250 0 500 20 0 0 0 1 0\n", "swapped");
-  refuse("500 0 30 0 0 500 20 0 0 0 1 0\n501 0 30 -250 0 501 20 0 0 0 1 0\n", "rectified pair");
   refuse("400 400 3100.5 23.5 0.12\n", "outside of the image of 64 x 48");
   refuse("400 400 31.5 23.5 120\n", "millimetres");
-  refuse("cam0=[400 0 30; 0 400 20; 0 0 1]\ncam1=[400 0 32; 0 400 20; 0 0 1]\nbaseline=120\n",
-         "understood (Middlebury)");
   refuse(
       "cam0=[400 0 30; 0 400 20; 0 0 1]\ncam1=[400 0 30; 0 400 20; 0 0 1]\nbaseline=120\nwidth=32\nheight=24\n",
       "images of 32 x 24, these are 64 x 48");
@@ -386,6 +464,9 @@ int main() {
       cmocka_unit_test(test_kitti_raw_layout),
       cmocka_unit_test(test_truth_that_does_not_fit_is_told),
       cmocka_unit_test(test_sizes_and_depths),
+      cmocka_unit_test(test_a_pair_that_is_not_rectified),
+      cmocka_unit_test(test_truth_of_a_turned_camera),
+      cmocka_unit_test(test_raw_or_rectified),
       cmocka_unit_test(test_refusals_of_images),
       cmocka_unit_test(test_refusals_of_calibration),
       cmocka_unit_test(test_sample),

@@ -138,13 +138,19 @@ void test_swapped(void**) {
          "exchange the folders");
 }
 
-void test_dark_and_empty(void**) {
+void test_dark_same_and_nothing_in_common(void**) {
   const auto darker = [](PairImages& pair) {
     for (Image* image : {&pair.left, &pair.right}) {
       for (std::uint8_t& g : image->pixels) g = static_cast<std::uint8_t>(g / 64);
     }
   };
   expect(with(darker), PairFault::Kind::kDark, "of 255");
+  expect(with([](PairImages& pair) { pair.right = pair.left; }), PairFault::Kind::kSame, "same picture");
+  // Beyond the rows that are searched, whatever a neighbour's flow looks like.
+  expect(with([](PairImages& pair) {
+           pair.right = moved(pair.right, [](Vec2 p) { return Vec2(p.x(), p.y() - 17.0); });
+         }),
+         PairFault::Kind::kNothingMatches, "within 12 rows");
   // Texture on each side, and none in common.
   expect(with([](PairImages& pair) { std::reverse(pair.right.pixels.begin(), pair.right.pixels.end()); }),
          PairFault::Kind::kNothingMatches, "nothing in common");
@@ -199,10 +205,14 @@ void test_fit_by_hand(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_good_pairs_say_nothing), cmocka_unit_test(test_matches_are_where_they_are),
-      cmocka_unit_test(test_right_images_lower),     cmocka_unit_test(test_swapped),
-      cmocka_unit_test(test_dark_and_empty),         cmocka_unit_test(test_right_images_of_another_frame),
-      cmocka_unit_test(test_turned_and_bent),        cmocka_unit_test(test_fit_by_hand),
+      cmocka_unit_test(test_good_pairs_say_nothing),
+      cmocka_unit_test(test_matches_are_where_they_are),
+      cmocka_unit_test(test_right_images_lower),
+      cmocka_unit_test(test_swapped),
+      cmocka_unit_test(test_dark_same_and_nothing_in_common),
+      cmocka_unit_test(test_right_images_of_another_frame),
+      cmocka_unit_test(test_turned_and_bent),
+      cmocka_unit_test(test_fit_by_hand),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset/pair_check", tests, nullptr, nullptr);
 }

@@ -1,0 +1,47 @@
+/// From a raw rig to a rectified one: the tables by which `fsw/image/remap.hpp` lays each camera's images
+/// anew, and the rig that they then are of.
+///
+/// Both cameras are turned about their centres, so that x runs along the baseline and z is the mean of the
+/// two optical axes made normal to it (Fusiello, Trucco, Verri, "A compact algorithm for rectification of
+/// stereo pairs", Machine Vision and Applications 12, 2000; the mean as in Bouguet's toolbox). Focal lengths
+/// and principal point are the means of the two cameras', which keeps the scale in the middle of a lens'
+/// image. Where that would show more than kMostBeyond of the width from beyond a source's border, the focal
+/// lengths are raised until it doesn't: no wide black rims that features could stick to.
+#pragma once
+
+#include <string>
+
+#include "dataset/camera_model.hpp"
+#include "image/remap.hpp"
+
+namespace cairn::ground {
+
+struct Rectification {
+  CameraPair
+      pair;  ///< as rectified; T_ref_left is of the turned left camera, notes and format are the raw one's
+  Pose3 T_left_rect;  ///< from the rectified left camera to the raw one: a turn
+  double zoom = 1.0;  ///< by which focal lengths were raised
+  RemapTable left;
+  RemapTable right;
+};
+
+inline constexpr double kMostBeyond = 0.02;
+
+/// Why there is none, else empty and `out` is filled. Sizes must be told; the target has the source's, or the
+/// mission's where that is smaller (the middle is kept). None: images of two sizes, cameras that look more
+/// than a right angle apart, no common field at four times the focal length.
+std::string rectify(const CameraPair& raw, Rectification& out);
+
+/// Where the rectified pixel lies in the raw image, by the model itself and not by the table; nothing where
+/// the lens doesn't see it.
+std::optional<Vec2> raw_pixel(const CameraModel& raw, const CameraModel& rectified, const Quat& q_raw_rect,
+                              const Vec2& pixel);
+
+/// What both sides' turns are, q_raw_rect.
+struct RectifyingTurns {
+  Quat left;
+  Quat right;
+};
+RectifyingTurns rectifying_turns(const CameraPair& raw);
+
+}  // namespace cairn::ground
