@@ -39,11 +39,19 @@ double cos_kernel(double x) {
 /// atan on |x| <= tan(pi/12): the first term left out is below 1e-18.
 double atan_kernel(double x) {
   const double x2 = x * x;
-  double a = 0.0;
-  for (int n = 27; n >= 3; n -= 2) {
-    const double sign = (n / 2) % 2 == 0 ? 1.0 : -1.0;
-    a = x2 * (sign / n + a);
-  }
+  double a = x2 * (-1.0 / 27.0);
+  a = x2 * (1.0 / 25.0 + a);
+  a = x2 * (-1.0 / 23.0 + a);
+  a = x2 * (1.0 / 21.0 + a);
+  a = x2 * (-1.0 / 19.0 + a);
+  a = x2 * (1.0 / 17.0 + a);
+  a = x2 * (-1.0 / 15.0 + a);
+  a = x2 * (1.0 / 13.0 + a);
+  a = x2 * (-1.0 / 11.0 + a);
+  a = x2 * (1.0 / 9.0 + a);
+  a = x2 * (-1.0 / 7.0 + a);
+  a = x2 * (1.0 / 5.0 + a);
+  a = x2 * (-1.0 / 3.0 + a);
   return x + x * a;
 }
 
@@ -93,6 +101,7 @@ double asin(double x) {
 }
 
 double wrap_angle(double angle_rad) {
+  if (std::fabs(angle_rad) < 3.0) return angle_rad;  // the usual case, without a division
   if (!(std::fabs(angle_rad) <= kMaxAngle)) return angle_rad;
   const double turns = angle_rad / (2.0 * kPi);
   const long whole = static_cast<long>(turns + (turns >= 0.0 ? 0.5 : -0.5));

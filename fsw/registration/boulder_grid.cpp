@@ -40,7 +40,7 @@ GridStatus BoulderGrid::start(const MapBoulders& boulders, const Vec2& origin_ma
     const Vec2 p = b.p_map_m - origin_map_m;
     points_.append({p.x(), p.y(), b.diameter_m});  // the capacity is that of the window
   }
-  cell_m_ = least_cell_m;
+  cells_per_m_ = 1.0 / least_cell_m;
   lay();
   phase_ = Phase::kCount;
   cursor_ = 0;
@@ -62,14 +62,13 @@ void BoulderGrid::lay() {
   x0_m_ = x0;
   y0_m_ = y0;
   const double extent = x1 - x0 > y1 - y0 ? x1 - x0 : y1 - y0;
-  const double fitting = extent / kSide;
-  if (fitting > cell_m_) cell_m_ = fitting;
+  if (extent * cells_per_m_ > kSide) cells_per_m_ = kSide / extent;
   for (std::uint16_t& count : cell_begin_) count = 0;
 }
 
 int BoulderGrid::cell_of(const GridPoint& p) const {
-  int x = static_cast<int>((p.x_m - x0_m_) / cell_m_);  // not negative: the grid starts at the smallest
-  int y = static_cast<int>((p.y_m - y0_m_) / cell_m_);
+  int x = static_cast<int>((p.x_m - x0_m_) * cells_per_m_);  // not negative: the grid starts at the smallest
+  int y = static_cast<int>((p.y_m - y0_m_) * cells_per_m_);
   if (x >= kSide) x = kSide - 1;
   if (y >= kSide) y = kSide - 1;
   return y * kSide + x;
@@ -130,7 +129,7 @@ BoulderQuery BoulderGrid::query(const GridPoint& at, double radius_m) const {
   CAIRN_ASSERT(status_ == GridStatus::kReady);
   const double reach = radius_m * (1.0 + 1.0e-9);  // rounding must not lose a boulder that lies on the circle
   const auto cell = [this](double offset_m) {
-    const double c = offset_m / cell_m_;
+    const double c = offset_m * cells_per_m_;
     if (!(c > 0.0)) return 0;
     return c >= kSide - 1 ? kSide - 1 : static_cast<int>(c);
   };

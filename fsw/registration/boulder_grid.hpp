@@ -103,7 +103,7 @@ class BoulderGrid {
   FixedVector<GridPoint, cfg::kMaxMapWindowBoulders> points_;
   double x0_m_ = 0.0;  ///< corner of the grid: the smallest coordinates
   double y0_m_ = 0.0;
-  double cell_m_ = 1.0;
+  double cells_per_m_ = 1.0;
   std::uint16_t cell_begin_[kSide * kSide + 1] = {};
   std::uint16_t by_cell_[cfg::kMaxMapWindowBoulders] = {};  ///< indices by cell, ascending within a cell
 };

@@ -116,6 +116,7 @@ SearchStatus PoseSearchJob::survey() {
   anywhere_ = flat_prior(prior_.mean, kPi * reach_m_ * reach_m_, 2.0 * reach_rad_);
   Candidate mean;
   mean.pose = prior_.mean;
+  mean.middle_m = laid(mean.pose, middle_);
   mean.score = -1.0e3;
   inside_.append(mean);
   return SearchStatus::kRunning;
@@ -246,8 +247,6 @@ bool PoseSearchJob::hypothesise(std::uint16_t second) {
   cos_ = dot / norm;
   sin_ = cross / norm;
   Hypothesis& h = current_.pose;
-  h.yaw_rad = atan2(cross, dot);
-  if (std::fabs(wrap_angle(h.yaw_rad - prior_.mean.yaw_rad)) > reach_rad_) return false;
   h.scale = 1.0;
   if (params_.evidence.scale_sigma > 0.0) {
     const double ratio = norm / (length_m_ * length_m_);
@@ -260,6 +259,8 @@ bool PoseSearchJob::hypothesise(std::uint16_t second) {
   h.x_m = 0.5 * (a.x_m + b.x_m) - h.scale * (cos_ * mx - sin_ * my);
   h.y_m = 0.5 * (a.y_m + b.y_m) - h.scale * (sin_ * mx + cos_ * my);
   if (h.x_m * h.x_m + h.y_m * h.y_m > reach_m_ * reach_m_) return false;
+  h.yaw_rad = atan2(cross, dot);
+  if (std::fabs(wrap_angle(h.yaw_rad - prior_.mean.yaw_rad)) > reach_rad_) return false;
   ++result_.hypotheses;
   looking_ = 0;
   current_.score = 0.0;
@@ -292,9 +293,19 @@ bool PoseSearchJob::look(const BoulderQuery& query) {
 }
 
 bool PoseSearchJob::distinct(const Hypothesis& a, const Hypothesis& b) const {
+  Candidate first;
+  first.pose = a;
+  first.middle_m = laid(a, middle_);
+  Candidate second;
+  second.pose = b;
+  second.middle_m = laid(b, middle_);
+  return distinct(first, second);
+}
+
+bool PoseSearchJob::distinct(const Candidate& a, const Candidate& b) const {
   const double apart = kBasin * params_.evidence.sigma_pair_m;
-  return (laid(a, middle_) - laid(b, middle_)).squaredNorm() > apart * apart ||
-         std::fabs(wrap_angle(a.yaw_rad - b.yaw_rad)) * rms_radius_m_ > apart;
+  return (a.middle_m - b.middle_m).squaredNorm() > apart * apart ||
+         std::fabs(wrap_angle(a.pose.yaw_rad - b.pose.yaw_rad)) * rms_radius_m_ > apart;
 }
 
 bool PoseSearchJob::inside(const Hypothesis& pose) const {
@@ -307,7 +318,7 @@ template <std::size_t N>
 void PoseSearchJob::keep(FixedVector<Candidate, N>& list, const Candidate& candidate) const {
   std::size_t worst = 0;
   for (std::size_t k = 0; k < list.size(); ++k) {
-    if (!distinct(list[k].pose, candidate.pose)) {
+    if (!distinct(list[k], candidate)) {
       if (candidate.score > list[k].score) list[k] = candidate;
       return;
     }
@@ -318,6 +329,7 @@ void PoseSearchJob::keep(FixedVector<Candidate, N>& list, const Candidate& candi
 }
 
 void PoseSearchJob::file() {
+  current_.middle_m = laid(current_.pose, middle_);
   if (inside(current_.pose)) {
     keep(inside_, current_);
   } else {

@@ -111,6 +111,7 @@ class PoseSearchJob {
 
   struct Candidate {
     Hypothesis pose;
+    Vec2 middle_m = Vec2(0.0, 0.0);  ///< of the local map, laid so
     double score = 0.0;
   };
   struct Ranked {
@@ -132,6 +133,7 @@ class PoseSearchJob {
   BoulderQuery look_query() const;
   bool look(const BoulderQuery& query);
   bool distinct(const Hypothesis& a, const Hypothesis& b) const;
+  bool distinct(const Candidate& a, const Candidate& b) const;
   template <std::size_t N>
   void keep(FixedVector<Candidate, N>& list, const Candidate& candidate) const;
   void file();
