@@ -23,15 +23,17 @@ RegionBox widen(const RegionBox& box, double share, int least) {
 }  // namespace
 
 void RegionEvidenceJob::PlaneSums::add(double weight, double px, double py, double pz) {
+  const double wx = weight * px;
+  const double wy = weight * py;
   w += weight;
-  x += weight * px;
-  y += weight * py;
+  x += wx;
+  y += wy;
   z += weight * pz;
-  xx += weight * px * px;
-  xy += weight * px * py;
-  yy += weight * py * py;
-  xz += weight * px * pz;
-  yz += weight * py * pz;
+  xx += wx * px;
+  xy += wx * py;
+  yy += wy * py;
+  xz += wx * pz;
+  yz += wy * pz;
 }
 
 /// Solved by Cramer's rule: three unknowns, always well scaled here. Slopes about the centroid, held to zero
@@ -163,14 +165,19 @@ void RegionEvidenceJob::after_iteration() {
 
 void RegionEvidenceJob::unit() {
   SurfacePoint* const points = points_->data();
-  for (const std::size_t end = unit_end(); cursor_ < end; ++cursor_) {
-    switch (phase_) {
-      case Phase::kGather: gather(cursor_); break;
-      case Phase::kFit: fit(points[ground_[cursor_]].p_site_m); break;
-      case Phase::kOwn: own(points[cursor_]); break;
-      case Phase::kMark: mark(points[cursor_]); break;
-      case Phase::kOpen: break;
-    }
+  const std::size_t end = unit_end();
+  switch (phase_) {
+    case Phase::kGather:
+      for (; cursor_ < end; ++cursor_) gather(cursor_);
+      break;
+    case Phase::kFit: fit(end); break;
+    case Phase::kOwn:
+      for (; cursor_ < end; ++cursor_) own(points[cursor_]);
+      break;
+    case Phase::kMark:
+      for (; cursor_ < end; ++cursor_) mark(points[cursor_]);
+      break;
+    case Phase::kOpen: break;
   }
 }
 
@@ -186,14 +193,23 @@ void RegionEvidenceJob::gather(std::size_t index) {
   plane_.y0 += p.p_site_m.y();
 }
 
-void RegionEvidenceJob::fit(const Vec3& p) {
-  double w = 1.0;
-  if (iteration_ > 0) {
-    const double r = plane_.height(p) / params_.plane_scale_m;
-    const double above = 1.0 + r * r;
-    w = r > 0.0 ? 1.0 / (above * above) : 1.0 / (1.0 + 0.25 * r * r);
+/// What the loop takes and adds to is a copy, which can stay in registers.
+void RegionEvidenceJob::fit(std::size_t end) {
+  const SurfacePoint* const points = points_->data();
+  const Plane plane = plane_;
+  const double per_scale = 1.0 / params_.plane_scale_m;
+  PlaneSums sums = sums_;
+  for (; cursor_ < end; ++cursor_) {
+    const Vec3& p = points[ground_[cursor_]].p_site_m;
+    double w = 1.0;
+    if (iteration_ > 0) {
+      const double r = plane.height(p) * per_scale;
+      const double above = 1.0 + r * r;
+      w = r > 0.0 ? 1.0 / (above * above) : 1.0 / (1.0 + 0.25 * r * r);
+    }
+    sums.add(w, p.x() - plane.x0, p.y() - plane.y0, p.z());
   }
-  sums_.add(w, p.x() - plane_.x0, p.y() - plane_.y0, p.z());
+  sums_ = sums;
 }
 
 bool RegionEvidenceJob::is_raised(const SurfacePoint& p) const {

@@ -110,7 +110,7 @@ class RegionEvidenceJob {
   std::size_t unit_end() const;
   void unit();
   void gather(std::size_t index);
-  void fit(const Vec3& p);
+  void fit(std::size_t end);
   void own(const SurfacePoint& p);
   void mark(SurfacePoint& p) const;
   bool is_raised(const SurfacePoint& p) const;
