@@ -242,7 +242,7 @@ PairFault none_matches(std::size_t whole, std::size_t dark, double grey) {
 /// Of pairs that match.
 PairFault rows_disagree(const std::vector<RowFit>& fits) {
   using Kind = PairFault::Kind;
-  constexpr double kMostSwapped = 0.6, kLower_px = 0.4, kBent_px = 1.0, kTurned_px = 1.0;
+  constexpr double kMostSwapped = 0.6, kLower_px = 0.4, kBent_px = 0.4, kTurned_px = 1.0;
   if (median_of(fits, &RowFit::swapped) > kMostSwapped)
     return {
         Kind::kSwapped,
@@ -255,8 +255,8 @@ PairFault rows_disagree(const std::vector<RowFit>& fits) {
     return {
         Kind::kBent,
         fmt::format(
-            "rows of left and right cross each other as raw lenses or turned cameras make them (bend {:.1f}, offset "
-            "{:.2f} px); rectify the images, or give the lens' calibration",
+            "rows of left and right cross each other as raw lenses or turned cameras make them ({:.1f} px in "
+            "the corners, {:.2f} px in the middle); rectify the images, or give the lens' calibration",
             bend, offset)};
   if (turned > std::max(kTurned_px, std::fabs(offset)))
     return {
@@ -327,7 +327,10 @@ std::optional<RowFit> fit_rows(const std::vector<PatchMatch>& matches, int width
   fit.offset_px = terms[0];
   fit.roll_px = terms[1];
   fit.stretch_px = terms[2];
-  fit.bend_px = terms[3];
+  std::vector<double> disparities;
+  for (const PatchMatch& m : matches) disparities.push_back(std::fabs(m.disparity_px));
+  const PatchMatch corner{Vec2(width, height), median(disparities), 0.0};
+  fit.bend_px = row_terms(corner, width, height)[3] * terms[3];
   fit.rest_px = median_rest();
   return fit;
 }

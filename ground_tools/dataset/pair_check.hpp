@@ -24,14 +24,14 @@ struct PatchMatch {
 /// Kept are those that correlate to 0.85 or better and clearly better than anywhere else.
 std::vector<PatchMatch> match_patches(ImageU8 left, ImageU8 right);
 
-/// How matches depart from equal rows: lower = offset + roll x + stretch y - bend x y d (pixels from the
+/// How matches depart from equal rows: lower = offset + roll x + stretch y + c x y d (pixels from the
 /// image's middle, in units of the width), by least squares on the half that agrees best.
 struct RowFit {
   std::size_t matches = 0;
   double offset_px = 0.0;  ///< at the middle of the image
   double roll_px = 0.0;    ///< from the left edge to the right one
   double stretch_px = 0.0;
-  double bend_px = 0.0;  ///< what a lens does: the corners against each other, for a disparity of the width
+  double bend_px = 0.0;  ///< what a lens does: in a corner, at the median disparity
   double rest_px = 0.0;  ///< median of what remains
   double swapped = 0.0;  ///< share of disparities below -1 px
 };

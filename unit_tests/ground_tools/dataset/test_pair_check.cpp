@@ -199,6 +199,13 @@ void test_fit_by_hand(void**) {
   assert_near(fit->roll_px, 2.0, 0.02);
   assert_near(fit->rest_px, 0.0, 0.01);
   assert_near(fit->swapped, 0.0, 0.0);
+  // In the corners, 50 px from the middle and 40 px: 2 px at the disparity of most.
+  for (PatchMatch& m : matches) {
+    const Vec2 off = m.left_px - Vec2(50.0, 40.0);
+    m.disparity_px = m.left_px.y() > 60.0 ? 24.0 : 12.0;
+    m.lower_px = 2.0 * off.x() / 50.0 * off.y() / 40.0 * m.disparity_px / 12.0;
+  }
+  assert_near(fit_rows(matches, 100, 80)->bend_px, 2.0, 0.05);
 }
 
 }  // namespace

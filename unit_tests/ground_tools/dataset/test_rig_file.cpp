@@ -1,7 +1,9 @@
 // Calibrations as people have them: each format's numbers come out where they belong.
 #include "dataset/rig_file.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "ground_tools/scratch.hpp"
 #include "support/data.hpp"
@@ -285,13 +287,65 @@ void test_refusals(void**) {
   assert_refused(read("a.txt", "0.77 1.03 0.499 0.499 0.12\n"), "look normalised");
 }
 
-// Opportunity's left camera, twice: no baseline, and so refused, but for the right reason.
+std::string label_of(const std::string& image) {
+  std::ifstream in(image, std::ios::binary);
+  std::string text(65536, ' ');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  return text;
+}
+
+// Opportunity's left camera. Twice there is no baseline, and so it is refused, but for the right reason; and
+// with a second one beside it the pair sees points where the label's own model says, over the whole image.
 void test_a_real_label(void**) {
-  static std::string folder;
+  static std::string folder, text;
   folder = test::find_data("mer_navcam");
   SKIP_WITHOUT(folder, "mer_navcam");
   const std::string one = folder + "/1N491020376ILFCNY9P0706L0M1.IMG";
   assert_refused(read_rig({one, one}), "same place");
+
+  const Vec3 C(0.442604, -0.0611635, -1.25106), A(0.93995, -0.338133, 0.0464979);
+  const Vec3 H(884.72, 981.763, 24.1472), V(418.579, -152.039, 1245.75);
+  const Vec3 O(0.946551, -0.315595, 0.0666419), R(0.00096, -0.002183, 0.018547);
+  const Vec3 C_right(0.510604, 0.1268365, -1.25106);
+  text = label_of(one);
+  const std::string centre = "(0.442604,-0.0611635,-1.25106)";
+  assert_true(text.find(centre) != std::string::npos);
+  text.replace(text.find(centre), centre.size(), "(0.510604,0.1268365,-1.25106)");
+  const CameraPair pair = read_rig({one, scratch.file("navcam_right.LBL", text)});
+  assert_near(baseline_m(pair), (C_right - C).norm(), 1e-9);
+  assert_int_equal(pair.left.width_px, 1024);
+
+  const auto by_label = [&](const Vec3& p_rover_m, const Vec3& centre_m) {
+    const Vec3 p = p_rover_m - centre_m;
+    const double omega = p.dot(O);
+    const Vec3 lambda = p - omega * O;
+    const double tau = lambda.squaredNorm() / (omega * omega);
+    const Vec3 bent = p + (R.x() + R.y() * tau + R.z() * tau * tau) * lambda;
+    return Vec2(bent.dot(H) / bent.dot(A), bent.dot(V) / bent.dot(A));
+  };
+  // From the rover's frame into the left camera's, by what the reader's own axes must be.
+  const Vec3 z = A.normalized(), y = (V - V.dot(z) * z).normalized(), x = y.cross(z);
+  int inside = 0;
+  double most = 0.0;
+  for (double across = -0.45; across <= 0.45; across += 0.025) {
+    for (double down = -0.45; down <= 0.45; down += 0.025) {
+      for (const double range_m : {1.5, 30.0}) {
+        const Vec3 p_left_m = range_m * Vec3(across, down, 1.0);
+        const Vec3 p_rover_m = C + p_left_m.x() * x + p_left_m.y() * y + p_left_m.z() * z;
+        const Vec2 expected = by_label(p_rover_m, C);
+        if (expected.x() < 0.0 || expected.x() > 1023.0 || expected.y() < 0.0 || expected.y() > 1023.0)
+          continue;
+        ++inside;
+        const std::optional<Vec2> left = project(pair.left, p_left_m);
+        const std::optional<Vec2> right = project(pair.right, pair.T_right_left * p_left_m);
+        assert_true(left && right);
+        most = std::max({most, (*left - expected).norm(), (*right - by_label(p_rover_m, C_right)).norm()});
+      }
+    }
+  }
+  print_message("reprojection against the label's model: %.4f px at most, %d points\n", most, inside);
+  assert_true(inside > 1500);
+  assert_at_most(most, 0.05);
 }
 
 }  // namespace
