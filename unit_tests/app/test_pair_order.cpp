@@ -71,6 +71,10 @@ void test_a_camera_that_begins_anew(void**) {
   }
   for (std::uint32_t i = 0; i < 100; ++i) assert_status(order.judge(5000, 9000), PairStatus::kRepeated);
   assert_status(order.judge(5001, 9001), PairStatus::kNext);
+  for (std::uint32_t i = 0; i < 100; ++i) {  // stragglers in their order, but the camera goes on
+    assert_status(order.judge(i, i), PairStatus::kOld);
+    assert_status(order.judge(5002 + i, 9002 + i), PairStatus::kNext);
+  }
 }
 
 /// Shuffled, dropped and repeated pairs of one camera: used ones rise, and used and missed are all.

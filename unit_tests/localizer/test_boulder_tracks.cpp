@@ -18,6 +18,7 @@ struct At {
   int previous = 0;
   double range = 1.0;
   double diameter = 0.2;
+  double spread = 0.04;
 };
 
 void update(std::initializer_list<At> sightings, std::uint32_t frame) {
@@ -27,6 +28,7 @@ void update(std::initializer_list<At> sightings, std::uint32_t frame) {
     s.p_site_m = Vec3(a.x, a.y, 0.05);
     s.range_m = static_cast<float>(a.range);
     s.diameter_m = static_cast<float>(a.diameter);
+    s.spread_m = static_cast<float>(a.spread);
     s.previous = static_cast<std::uint8_t>(a.previous);
     assert_true(seen.push_back(s));
   }
@@ -83,6 +85,19 @@ void test_without_vote_the_nearest_within_the_distance(void**) {
   assert_int_equal(map[2].sightings, 1);
 }
 
+/// Of two within the distance the nearer, whichever is the older.
+void test_the_nearer_of_two(void**) {
+  for (const double x : {1.03, 1.07}) {
+    tracks.init(show_all());
+    update({{1.0, 0.0}, {1.1, 0.0}}, 1);
+    update({{x, 0.0}}, 2);
+    build();
+    assert_int_equal(map.size(), 2);
+    assert_int_equal(map[0].sightings, x < 1.05 ? 2 : 1);
+    assert_int_equal(map[1].sightings, x < 1.05 ? 1 : 2);
+  }
+}
+
 /// Two sightings of one frame are two boulders, however close, until the map is built.
 void test_a_track_takes_one_sighting_a_frame(void**) {
   tracks.init(show_all());
@@ -90,6 +105,10 @@ void test_a_track_takes_one_sighting_a_frame(void**) {
   assert_int_equal(tracks.created(), 3);
   update({{1.0, 0.0, 1}, {1.01, 0.0, 1}}, 2);  // both name the same one
   assert_int_equal(tracks.created(), 3);
+  tracks.init(show_all());
+  update({{1.0, 0.0}}, 1);
+  update({{1.0, 0.0, 1}, {1.3, 0.0, 1}}, 2);  // and there is no other near
+  assert_int_equal(tracks.created(), 2);
 }
 
 void test_weights_fall_with_range(void**) {
@@ -97,14 +116,22 @@ void test_weights_fall_with_range(void**) {
   p.sigma_near_m = 0.02;
   p.sigma_per_range2 = 0.01;
   tracks.init(p);
-  update({{1.0, 0.0, 0, 2.0, 0.3}}, 1);
-  update({{1.06, 0.0, 1, 1.0, 0.2}}, 2);
+  update({{1.0, 0.0, 0, 2.0, 0.3, 0.06}}, 1);
+  update({{1.06, 0.0, 1, 1.0, 0.2, 0.05}}, 2);
   build();
   const double far = 1.0 / (0.02 * 0.02 + 0.04 * 0.04);
   const double near = 1.0 / (0.02 * 0.02 + 0.01 * 0.01);
   assert_near(map[0].p_site_m.x(), (far * 1.0 + near * 1.06) / (far + near), 1e-12);
   assert_near(map[0].diameter_m, (far * 0.3 + near * 0.2) / (far + near), 1e-6);
+  assert_near(map[0].spread_m, (far * 0.06 + near * 0.05) / (far + near), 1e-6);
   assert_near(map[0].z_site_m, 0.05, 1e-12);
+  // One boulder with two numbers: where they are merged it lies where it would with one.
+  const Vec2 with_one = map[0].p_site_m;
+  tracks.init(p);
+  update({{1.0, 0.0, 0, 2.0}, {1.06, 0.0, 0, 1.0}}, 1);
+  build();
+  assert_int_equal(map.size(), 1);
+  assert_near((map[0].p_site_m - with_one).norm(), 0.0, 1e-12);
 }
 
 void test_window(void**) {
@@ -198,6 +225,24 @@ void test_merging_keeps_the_older(void**) {
   assert_int_equal(tracks.created(), 3);
 }
 
+/// Merged, and seen under either number: the window counts from the last sighting of both.
+void test_a_merged_boulder_was_seen_when_either_was(void**) {
+  TrackParams p = show_all();
+  p.window_frames = 10;
+  tracks.init(p);
+  update({{1.0, 0.0}, {1.3, 0.0}}, 1);
+  update({{0.76, 0.0, 2}}, 8);  // its mean is now beside the older one, which was not seen
+  build();
+  assert_int_equal(map.size(), 1);
+  assert_int_equal(map[0].id, 0);
+  tracks.forget(18);
+  build();
+  assert_int_equal(map.size(), 1);
+  tracks.forget(19);
+  build();
+  assert_int_equal(map.size(), 0);
+}
+
 /// A merged boulder has moved: it may now lie close to another one. None are left within the distance.
 void test_merging_goes_on_until_all_are_apart(void**) {
   const TrackParams p = show_all();
@@ -289,6 +334,7 @@ int main() {
       cmocka_unit_test(test_vote_is_followed_beyond_the_merge_distance),
       cmocka_unit_test(test_vote_goes_before_distance),
       cmocka_unit_test(test_without_vote_the_nearest_within_the_distance),
+      cmocka_unit_test(test_the_nearer_of_two),
       cmocka_unit_test(test_a_track_takes_one_sighting_a_frame),
       cmocka_unit_test(test_weights_fall_with_range),
       cmocka_unit_test(test_window),
@@ -297,6 +343,7 @@ int main() {
       cmocka_unit_test(test_all_forgotten),
       cmocka_unit_test(test_votes_for_nothing),
       cmocka_unit_test(test_merging_keeps_the_older),
+      cmocka_unit_test(test_a_merged_boulder_was_seen_when_either_was),
       cmocka_unit_test(test_merging_goes_on_until_all_are_apart),
       cmocka_unit_test(test_what_is_shown),
       cmocka_unit_test(test_full),

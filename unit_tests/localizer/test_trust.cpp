@@ -133,6 +133,22 @@ void test_late_fix(void**) {
   assert_status(late(TrustEvent::kStartGiven), Trust::kConfirmed);  // which forgets the fix's frame
 }
 
+/// Nothing of before a start counts after it: neither what was guessed since a snapshot, nor held frames.
+void test_a_start_begins_anew(void**) {
+  for (const TrustEvent start : {TrustEvent::kStartGiven, TrustEvent::kStartUnknown}) {
+    for (const TrustEvent before : {TrustEvent::kHeld, TrustEvent::kGuessed, TrustEvent::kDoubted}) {
+      for (const bool snapshot : {false, true}) {
+        TrustState t = in_state(Trust::kConfirmed);
+        t.on(before);
+        t.on(start);
+        if (snapshot) t.snapshot();
+        t.on(TrustEvent::kFixAccepted);
+        assert_status(t.state(), Trust::kConfirmed);
+      }
+    }
+  }
+}
+
 /// A fix of a frame that was held confirms the frame of VO's reference; what came after it is still held.
 void test_fix_of_a_held_frame(void**) {
   for (const Trust from : {Trust::kConfirmed, Trust::kUnconfirmed, Trust::kLost}) {
@@ -192,6 +208,7 @@ int main() {
       cmocka_unit_test(test_refused_too_often),
       cmocka_unit_test(test_only_rows_count),
       cmocka_unit_test(test_late_fix),
+      cmocka_unit_test(test_a_start_begins_anew),
       cmocka_unit_test(test_fix_of_a_held_frame),
       cmocka_unit_test(test_any_order),
   };

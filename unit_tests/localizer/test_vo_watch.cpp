@@ -86,6 +86,26 @@ void test_pairs_that_were_not_used(void**) {
   assert_status(watch.look(a, c), WatchStatus::kFrozen);  // over pairs not used, too
 }
 
+/// The sky may be white, the rover's deck black, as they were: news in any half of a picture are news.
+void test_news_in_half_of_the_picture(void**) {
+  const auto in_half = [](int half, int u, int v) {
+    const bool first = half < 2 ? v < kHeight / 2 : u < kWidth / 2;
+    return first == (half % 2 == 0);
+  };
+  for (int half = 0; half < 4; ++half) {  // upper, lower, left, right
+    VoWatch watch;
+    watch.init({});
+    take(pictures[0]);
+    assert_status(watch.look(pictures[0].view(), pictures[0].view()), WatchStatus::kClear);
+    watch.used();
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = 0; u < kWidth; ++u)
+        pictures[0].pixels[v * kWidth + u] ^= static_cast<std::uint8_t>(in_half(half, u, v));
+    }
+    assert_status(watch.look(pictures[0].view(), pictures[0].view()), WatchStatus::kClear);
+  }
+}
+
 /// A rover that stands takes pictures that differ by their noise.
 void test_standing_is_not_frozen(void**) {
   VoWatch watch;
@@ -155,6 +175,16 @@ void test_what_contradicts(void**) {
     assert_status(watch.compare(drives * lift({0.0, k * edge * s, 0.0}), V, drives), want);
     assert_status(watch.compare(drives * lift({0.0, 0.0, k * edge * w}), V, drives), want);
   }
+  // The same with VO's own uncertainty, a standard deviation of 0.1 m and 0.1 rad.
+  const Mat3 unsure = Vec3(0.01, 0.01, 0.01).asDiagonal();
+  const double own = 0.1 * p.vo_sigma_factor;
+  for (const double k : {0.99, 1.01}) {
+    const WatchStatus want = k < 1.0 ? WatchStatus::kClear : WatchStatus::kContradicted;
+    const double m = k * edge * std::sqrt(s * s + own * own);
+    const double rad = k * edge * std::sqrt(w * w + own * own);
+    assert_status(watch.compare(drives * lift({m, 0.0, 0.0}), unsure, drives), want);
+    assert_status(watch.compare(drives * lift({0.0, 0.0, rad}), unsure, drives), want);
+  }
   // A VO that says itself that it is unsure contradicts nobody.
   assert_status(watch.compare(stands, Mat3(Vec3(1e-2, 1e-2, 1e-2).asDiagonal()), drives),
                 WatchStatus::kClear);
@@ -167,6 +197,7 @@ int main() {
       cmocka_unit_test(test_old_pictures),
       cmocka_unit_test(test_frozen_pictures),
       cmocka_unit_test(test_pairs_that_were_not_used),
+      cmocka_unit_test(test_news_in_half_of_the_picture),
       cmocka_unit_test(test_standing_is_not_frozen),
       cmocka_unit_test(test_missing_pictures),
       cmocka_unit_test(test_true_priors_pass),
