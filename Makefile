@@ -364,8 +364,8 @@ $(B)/tests/ground_tools/%: $(B)/unit_tests/ground_tools/%.o $(LIBS_ALL)
 	$(link) -lcmocka $(TOOL_LIBS) -lfmt -o $@
 $(B)/bench_map: $(B)/unit_tests/opencv/bench_map.o $(FSW_LIB) $(PLATFORM_LIB)
 	$(link) -lopencv_imgproc -lopencv_core -lgdal -lfmt -o $@
-$(B)/bench_fix: $(call obj,$(wildcard unit_tests/bench/*.cpp)) $(FSW_LIB) $(PLATFORM_LIB)
-	$(link) -lpthread -o $@
+$(B)/bench_fix: $(call obj,$(wildcard unit_tests/bench/*.cpp)) $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+	$(link) $(TOOL_LIBS) -lfmt -lpthread -o $@
 $(B)/sift_vo: $(B)/unit_tests/opencv/sift_vo.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(OPENCV_LIBS) $(TOOL_LIBS) -lfmt -o $@
 # The model is tested without QEMU, and the plugin with it.
