@@ -6,8 +6,7 @@
 /// noise of a metre and of a turn, a shift of the map that comes and goes. `vo_share` makes those of VO
 /// smaller, `common_share` that of the map.
 ///
-/// A search is done before the next fix is due, however long it takes: on board one in a whole dense map is
-/// not.
+/// A search is done before the next fix is due, however long it takes: on board one in a dense map is not.
 #pragma once
 
 #include <cstdint>

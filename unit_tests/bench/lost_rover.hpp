@@ -1,5 +1,5 @@
-/// A rover that is lost, on the parameters that fly: MapFix::start_lost on a map as the ground segment encodes
-/// it. Boulders lie scattered, the errors of pairs are 0.045 m on an axis.
+/// A rover that is lost, on the parameters that fly: MapFix::start_lost on a map as the ground segment
+/// encodes it. Boulders lie scattered, the errors of pairs are 0.045 m on an axis.
 #pragma once
 
 #include <cstdint>
