@@ -1,7 +1,10 @@
 // Boulders of single frames of the sample, with the true poses: what is seen, where it lies, what goes on.
 #include "localizer/boulder_observer.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <vector>
 
 #include "integration/replay.hpp"
 
@@ -119,6 +122,118 @@ void test_votes_name_the_same_boulder(void**) {
   assert_at_least(stayed, 0.8 * matched);
 }
 
+/// The rover turned on the spot, so that no axis of `site` is special.
+Pose3 turned(std::size_t frame, double yaw_rad) {
+  return Pose3{quat_from_attitude({yaw_rad, 0.0, 0.0}), Vec3(3.0, -2.0, 0.5)} * pose(frame);
+}
+
+ObserveStatus observe_turned(std::size_t frame, double yaw_rad) {
+  load(data.frames()[frame], pair);
+  assert_status(observer.start(pair.left.view(), pair.right.view(), level_ground(), turned(frame, yaw_rad)),
+                ObserveStatus::kRunning);
+  WorkBudget all = WorkBudget::unlimited();
+  assert_status(observer.step(all), Progress::kDone);
+  return observer.status();
+}
+
+/// Each point is seen where it was probed, within the range, and none on the rover itself. A share of its
+/// disparity is uncertain, and so that share of its height below the camera.
+void test_points_of_the_surface(void**) {
+  BoulderParams params;
+  params.max_range_m = 2.5;
+  params.own.boxes[0] = {0, rig.height_px * 3 / 4, rig.width_px / 2, rig.height_px};
+  observer.init(params, rig);
+  for (const double yaw_rad : {0.7, 2.3}) {
+    assert_status(observe_turned(20, yaw_rad), ObserveStatus::kBoulders);
+    const Pose3 T_site_cam = turned(20, yaw_rad);
+    const Pose3 T_cam_site = T_site_cam.inverse();
+    assert_at_least(observer.surface().size(), 500);
+    for (const SurfacePoint& s : observer.surface()) {
+      const Vec3 p_cam = T_cam_site * s.p_site_m;
+      const StereoPixel px = project(rig, p_cam);
+      assert_near(px.u_left, s.u - 0.5, 1e-6);
+      assert_near(px.v_left, s.v - 0.5, 1e-6);
+      assert_false(params.own.covers(px.u_left, px.v_left));
+      const Vec3 ray = s.p_site_m - T_site_cam.t;
+      assert_at_most(std::hypot(ray.x(), ray.y()), params.max_range_m);
+      const double per_px = p_cam.z() / (rig.fx_px * rig.baseline_m);
+      const double sigma_m = params.probe_sigma_px * std::fabs(ray.z()) * per_px;
+      assert_near(s.sigma_height_m, sigma_m, 1e-5 * sigma_m);
+    }
+  }
+}
+
+/// Against its own points: a disc as wide as they are seen, half a probe more on either side, behind the
+/// nearest of them and in the middle across.
+void check_sighting(std::size_t index, const Vec3& camera, const BoulderParams& params) {
+  const BoulderSighting& s = observer.result()[index];
+  std::vector<Vec3> points;
+  bool labelled = false;
+  Vec3 mean(0.0, 0.0, 0.0);
+  for (const SurfacePoint& p : observer.surface()) {
+    if (!p.raised || observer.sighting_of(p) != index + 1) continue;
+    points.push_back(p.p_site_m);
+    mean += p.p_site_m;
+    labelled = labelled || p.label != 0;
+  }
+  assert_true(labelled);
+  assert_int_equal(points.size(), s.points);
+  assert_at_least(points.size(), params.min_points);
+  mean /= static_cast<double>(points.size());
+  const Vec2 sight(mean.x() - camera.x(), mean.y() - camera.y());
+  const Vec2 ahead = sight.normalized();
+  double nearest = 1e9;
+  double least = 1e9;
+  double most = -1e9;
+  double square = 0.0;
+  for (const Vec3& p : points) {
+    const Vec2 d(p.x() - s.p_site_m.x(), p.y() - s.p_site_m.y());
+    nearest = std::min(nearest, ahead.dot(d));
+    const double across = ahead.x() * d.y() - ahead.y() * d.x();
+    least = std::min(least, across);
+    most = std::max(most, across);
+    square += (p - mean).squaredNorm() / static_cast<double>(points.size());
+  }
+  const double probe_m = StereoProbeJob::kSpacing * std::max(sight.norm(), 0.3) / rig.fx_px;
+  const auto width = static_cast<double>(s.diameter_m);
+  assert_near(s.range_m, sight.norm(), 1e-5);
+  assert_near(s.spread_m, std::sqrt(square), 1e-6);
+  assert_near(width, most - least + probe_m, 1e-5);
+  assert_near(nearest, -0.5 * width, 1e-6);
+  assert_near(least + most, 0.0, 1e-6);
+  assert_near(s.p_site_m.z(), mean.z(), 1e-9);
+}
+
+void test_a_sighting_against_its_points(void**) {
+  const BoulderParams params;
+  observer.init(params, rig);
+  for (const double yaw_rad : {0.7, 2.3}) {
+    for (const std::size_t frame : {20U, 30U}) {
+      assert_status(observe_turned(frame, yaw_rad), ObserveStatus::kBoulders);
+      assert_int_equal(observer.counts().dropped_points, 0);
+      for (std::size_t i = 0; i < observer.result().size(); ++i)
+        check_sighting(i, turned(frame, yaw_rad).t, params);
+    }
+  }
+}
+
+/// Given up while sightings were there already: none are shown. After init() there is no frame to go on from.
+void test_what_is_forgotten(void**) {
+  observer.init({}, rig);
+  assert_status(observe(20), ObserveStatus::kBoulders);
+  assert_status(start(21), ObserveStatus::kRunning);
+  while (observer.result().empty()) {
+    WorkBudget one(1);
+    assert_status(observer.step(one), Progress::kMore);
+  }
+  observer.abandon();
+  assert_int_equal(observer.result().size(), 0);
+  assert_int_equal(observer.counts().regions, 0);
+  observer.init({}, rig);
+  assert_status(observe(21), ObserveStatus::kBoulders);
+  for (const BoulderSighting& s : observer.result()) assert_int_equal(s.previous, 0);
+}
+
 void test_an_abandoned_frame_is_passed_over(void**) {
   observer.init({}, rig);
   assert_status(observe(20), ObserveStatus::kBoulders);
@@ -223,6 +338,9 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_boulders_lie_on_rocks),
       cmocka_unit_test(test_votes_name_the_same_boulder),
+      cmocka_unit_test(test_points_of_the_surface),
+      cmocka_unit_test(test_a_sighting_against_its_points),
+      cmocka_unit_test(test_what_is_forgotten),
       cmocka_unit_test(test_an_abandoned_frame_is_passed_over),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_slices_give_the_same),

@@ -625,6 +625,81 @@ void test_an_upset_bank_keeps_its_map(void**) {
   assert_false(app::root.localizer().map().usable());
 }
 
+/// Each field of a frame's report is what the localizer holds under that name.
+void check_frame(const app::FrameReport& r) {
+  const Localizer& now = app::root.localizer();
+  assert_true(r.T_map_cam_vo.t == now.vo_T_map_cam().t && r.T_map_cam.t == now.T_map_cam().t);
+  assert_true(r.T_map_cam.q.coeffs() == now.T_map_cam().q.coeffs());
+  assert_near(r.sigma_xy_m, now.fusion().sigma_xy_m(), 1e-6);
+  assert_near(r.sigma_yaw_rad, now.fusion().sigma_yaw_rad(), 1e-6);
+  assert_near(r.scale, now.fusion().scale(), 1e-6);
+  assert_near(r.turn_rad_per_m, now.fusion().turn_rad_per_m(), 1e-6);
+  assert_status(r.pose_source, now.pose_source());
+  assert_status(r.vo_status, now.vo().status());
+  assert_status(r.boulder_status, now.observer().status());
+  assert_status(r.watch, now.watch());
+  assert_status(r.trust, now.trust());
+  assert_int_equal(r.matches, now.vo().result().matches);
+  assert_int_equal(r.inliers, now.vo().result().inliers);
+  assert_int_equal(r.features_left, now.vo().result().features_left);
+  assert_int_equal(r.features_right, now.vo().result().features_right);
+  assert_int_equal(r.regions, now.observer().counts().regions);
+  assert_int_equal(r.evident_regions, now.observer().counts().evident);
+  assert_int_equal(r.boulders, now.observer().result().size());
+  assert_int_equal(r.boulders_matched, now.observer().counts().matched);
+}
+
+void check_fix(const app::FixReport& r) {
+  const FixRecord& fix = app::root.localizer().last_fix();
+  assert_status(r.status, fix.status);
+  assert_near(r.dx_m, fix.correction.x_m, 1e-12);
+  assert_near(r.dy_m, fix.correction.y_m, 1e-12);
+  assert_near(r.dyaw_rad, fix.correction.yaw_rad, 1e-12);
+  assert_near(r.rms_m, fix.rms_m, 1e-6);
+  assert_near(r.sigma_xy_m, fix.sigma_xy_m, 1e-6);
+  assert_near(r.sigma_yaw_rad, fix.sigma_yaw_rad, 1e-6);
+  assert_near(r.chi2, fix.chi2, 1e-4);
+  assert_near(r.log_ratio, fix.log_ratio, 1e-4);
+  assert_near(r.second_log_ratio, fix.second_log_ratio, 1e-4);
+  assert_near(r.chance_log, fix.chance_log, 1e-4);
+  assert_near(r.windows_log_ratio, fix.windows_log_ratio, 1e-4);
+  assert_int_equal(r.windows, fix.windows);
+  assert_int_equal(r.local_boulders, fix.local_boulders);
+  assert_int_equal(r.map_boulders, fix.map_boulders);
+  assert_int_equal(r.pairs, fix.pairs);
+  assert_int_equal(r.trimmed, fix.trimmed);
+  assert_int_equal(r.gated, fix.gated);
+  assert_int_equal(r.snapshot, fix.frame);
+}
+
+/// A start 0.2 m off, made good by a fix. Boulders are told in the map, where the rocks of the truth lie.
+void test_reports_tell_what_is(void**) {
+  begin();
+  check_frame(take(0));  // lost: no start yet
+  Pose3 start = *data.truth_rover(0);
+  start.t.x() -= 0.2;
+  app::Command c = start_command(start);
+  c.number[0] = 0.2;
+  send(c);
+  host::load_map_bank(rock_map);
+  send(app::Command());
+  down.run();
+  assert_near(app::root.localizer().fusion().sigma_xy_m(), 0.2, 0.001);
+  assert_near(app::root.localizer().fusion().sigma_yaw_rad(), 0.01, 1e-4);
+  for (std::size_t i = 0; i < cfg::kMinorFrames; ++i) check_frame(take(i));
+  assert_int_equal(down.fixes.size(), 1);
+  check_fix(down.fixes.back());
+  assert_status(down.fixes.back().status, FixStatus::kApplied);
+  assert_near(down.fixes.back().dx_m, 0.2, 0.05);
+  assert_near(down.fixes.back().dy_m, 0.0, 0.05);
+  assert_int_equal(down.fixes.back().local_boulders, down.boulders.size());
+  OnRocks on;
+  for (const app::BoulderReport& b : down.boulders) on.add({b.x_m, b.y_m}, data.truth_rocks());
+  assert_at_least(on.share(), 0.75);
+  check_frame(take(cfg::kMinorFrames));
+  assert_true(down.frames.back().T_map_cam_vo.t != down.frames.back().T_map_cam.t);
+}
+
 void test_a_link_without_room(void**) {
   begin_at_start();
   take(0);
@@ -724,6 +799,7 @@ int main() {
       cmocka_unit_test(test_a_ground_segment_that_begins_anew),
       cmocka_unit_test(test_a_refused_command_may_come_again),
       cmocka_unit_test(test_an_upset_bank_keeps_its_map),
+      cmocka_unit_test(test_reports_tell_what_is),
       cmocka_unit_test(test_a_link_without_room),
       cmocka_unit_test(test_overrun_of_vo),
       cmocka_unit_test(test_parts_are_within_the_root),
