@@ -354,6 +354,8 @@ void test_spoiled_pairs(void**) {
   host::Picture small{cfg::kImageWidth / 2, cfg::kImageHeight / 2,
                       std::vector<std::uint8_t>(kPixels / 4, 90)};
   check_held(take(small, small), VoStatus::kBadImage);
+  check_held(take(left(5), small), VoStatus::kBadImage);
+  check_held(take(small, right(5)), VoStatus::kBadImage);
   check_good(5);
   check_held(take(plain(0), plain(0)), VoStatus::kFewFeatures);
   check_held(take(plain(255), plain(255)), VoStatus::kFewFeatures);
@@ -361,8 +363,8 @@ void test_spoiled_pairs(void**) {
   check_held(take(left(7), plain(0)), VoStatus::kFewFeatures);
   check_good(7);
   const app::HealthReport& h = health();
-  assert_int_equal(h.frames, 16);
-  assert_int_equal(h.vo[static_cast<int>(VoStatus::kBadImage)], 6);
+  assert_int_equal(h.frames, 18);
+  assert_int_equal(h.vo[static_cast<int>(VoStatus::kBadImage)], 8);
   assert_int_equal(h.vo[static_cast<int>(VoStatus::kFewFeatures)], 3);
   assert_int_equal(h.vo[static_cast<int>(VoStatus::kMotion)], 6);
 }
@@ -446,6 +448,62 @@ void test_a_motion_prior_serves_the_pair_that_it_names(void**) {
   ++next_number;
   assert_near(lost(), 0.3 + own, 0.03);
   assert_int_equal(health().bad_priors, 1);
+}
+
+/// Of a pair that never came, so far back in a gap that nothing is bridged with it.
+void test_a_prior_passed_over_is_counted(void**) {
+  begin_at_start();
+  take(0);
+  check_answer(prior_command(next_number + 1, Pose3()), CommandStatus::kAccepted, 0);
+  next_number += app::MotionPriors::kRoom + 5;
+  take({}, {});
+  assert_int_equal(health().bad_priors, 1);
+}
+
+/// A camera that numbers its pairs anew: priors of the old numbers are let go, and counted.
+void test_priors_of_a_camera_that_begins_anew(void**) {
+  begin_at_start();
+  take(0);
+  check_answer(prior_command(next_number + 5, Pose3()), CommandStatus::kAccepted, 0);
+  for (std::uint32_t n = 1; n <= app::PairOrder::kRestartedAfter; ++n) host::feed_pair(n, n, {}, {});
+  down.run();
+  assert_status(down.frames.back().pair_status, app::PairStatus::kRenumbered);
+  assert_int_equal(health().bad_priors, 1);
+}
+
+/// After a life with all sorts of faults, init() is as power-on: nothing counted, nothing that waits.
+void test_init_forgets_a_busy_life(void**) {
+  begin_at_start();
+  check_map(rock_map, MapStatus::kChecking, MapStatus::kUsable);
+  check_answer(prior_command(next_number + 3, Pose3()), CommandStatus::kAccepted, 0);
+  check_answer(prior_command(next_number + 9, Pose3()), CommandStatus::kAccepted, 0);
+  check_answer(prior_command(next_number + 5000, Pose3()), CommandStatus::kAccepted, 0);  // no pair yet
+  take(0);
+  check_answer(prior_command(next_number + 5000, Pose3()), CommandStatus::kRefused,
+               app::ContentStatus::kPairFar);
+  next_number += 3;
+  take(1);  // a gap
+  host::feed_pair(next_number, 1000ULL * next_number, {}, {});
+  host::feed_telecommand({1, 2, 3});
+  GroundStation::cut();
+  down.run();
+
+  begin();
+  assert_false(app::root.localizer().map().usable());
+  const app::HealthReport h = health();
+  for (const std::uint32_t n : h.pairs) assert_int_equal(n, 0);
+  for (const std::uint32_t n : h.vo) assert_int_equal(n, 0);
+  for (const CommandStatus status : {CommandStatus::kAccepted, CommandStatus::kBadPacket})
+    assert_int_equal(count(h, status), 0);
+  assert_int_equal(count(h, CommandStatus::kRefused), 1);  // the one that asks for health
+  assert_int_equal(h.frames + h.missed_pairs + h.bad_priors + h.lost_packets + h.map_crc, 0);
+  send(start_command(*data.truth_rover(0)));
+  assert_status(take({}, {}).pair_status, app::PairStatus::kFirst);
+  next_number += 20;  // past all that the priors of before were for
+  take({}, {});
+  assert_int_equal(health().bad_priors, 0);
+  begin();
+  check_answer(prior_command(0x90000000U, Pose3()), CommandStatus::kAccepted, 0);  // of any pair, again
 }
 
 /// Pairs that come again, late or in another order leave everything as it is; the next good one goes on.
@@ -793,6 +851,9 @@ int main() {
       cmocka_unit_test(test_swapped_and_noise_pairs),
       cmocka_unit_test(test_bad_motion_priors_are_refused_and_counted),
       cmocka_unit_test(test_a_motion_prior_serves_the_pair_that_it_names),
+      cmocka_unit_test(test_a_prior_passed_over_is_counted),
+      cmocka_unit_test(test_priors_of_a_camera_that_begins_anew),
+      cmocka_unit_test(test_init_forgets_a_busy_life),
       cmocka_unit_test(test_repeated_and_overtaken_pairs),
       cmocka_unit_test(test_swapped_order_and_gaps),
       cmocka_unit_test(test_commands_that_come_again_change_nothing),

@@ -322,6 +322,20 @@ void test_slicing_does_not_matter(void**) {
   }
 }
 
+/// The check of a bank ends where the bank is no longer in use: its verdict would bring the old map back.
+void test_banks_switched_while_one_is_checked(void**) {
+  begin();
+  check_answer(begin_command(new_map, UploadKind::kMap), CommandStatus::kAccepted, 0);
+  give_all(new_map);
+  const std::size_t healths = down.healths.size();
+  send(app::Command());
+  send(use_command(id_of(new_map)));
+  down.run();
+  check_in_use(new_map, kTiles);
+  assert_int_equal(down.healths.size(), healths + 1);
+  assert_int_equal(down.healths.back().map_crc, app::root.localizer().map().head_crc());
+}
+
 /// A start of the module forgets the upload.
 void test_init(void**) {
   begin();
@@ -342,6 +356,7 @@ int main() {
       cmocka_unit_test(test_damage),
       cmocka_unit_test(test_the_window_of_missing_chunks),
       cmocka_unit_test(test_slicing_does_not_matter),
+      cmocka_unit_test(test_banks_switched_while_one_is_checked),
       cmocka_unit_test(test_init),
   };
   return cmocka_run_group_tests(tests, make_maps, nullptr);
