@@ -31,23 +31,36 @@ struct Place {
   std::uint32_t weight;
 };
 
-Place place_of(std::int32_t at, std::int32_t size_px) {
-  if (at <= 0) return {0, 0};
-  const std::int32_t pixel = at >> kBits;
-  if (pixel >= size_px - 1) return {size_px - 2, 1U << kWeightBits};
+/// Of what lies behind a pixel.
+std::uint32_t weight_of(std::int32_t at) {
   constexpr std::int32_t kMask = (1 << kWeightBits) - 1;
-  return {pixel, static_cast<std::uint32_t>((at >> (kBits - kWeightBits)) & kMask)};
+  return static_cast<std::uint32_t>((at >> (kBits - kWeightBits)) & kMask);
 }
 
-std::uint8_t grey_at(const ImageU8& image, const Place& u, const Place& v) {
-  constexpr std::uint32_t kWhole = 1U << kWeightBits;
-  const std::uint8_t* const above = image.row(v.pixel) + u.pixel;
-  const std::uint8_t* const below = above + image.stride;
-  const std::uint32_t upper = above[0] * (kWhole - u.weight) + above[1] * u.weight;
-  const std::uint32_t lower = below[0] * (kWhole - u.weight) + below[1] * u.weight;
+Place place_of(std::int32_t at, std::int32_t size_px) {
+  if (at <= 0) return {0, 0};
+  if ((at >> kBits) >= size_px - 1) return {size_px - 2, 1U << kWeightBits};
+  return {at >> kBits, weight_of(at)};
+}
+
+/// All that lies between two that are.
+bool is_inner(std::int32_t at, std::int32_t size_px) { return at >= 0 && (at >> kBits) < size_px - 1; }
+
+/// Both rows in one word, 16 bits each, so that a pixel takes two multiplications; neither half carries into
+/// the other, as a weighted mean of bytes stays below 2^16.
+std::uint8_t grey_at(const std::uint8_t* above, int stride, std::uint32_t u_weight, std::uint32_t v_weight) {
+  const std::uint8_t* const below = above + stride;
+  const std::uint32_t left = above[0] | (std::uint32_t{below[0]} << 16);
+  const std::uint32_t right = above[1] | (std::uint32_t{below[1]} << 16);
+  const std::uint32_t means = (left << kWeightBits) + (right - left) * u_weight;
+  const std::uint32_t upper = means & 0xFFFFU, lower = means >> 16;
   constexpr std::uint32_t kHalf = 1U << (2 * kWeightBits - 1);
-  return static_cast<std::uint8_t>((upper * (kWhole - v.weight) + lower * v.weight + kHalf) >>
+  return static_cast<std::uint8_t>(((upper << kWeightBits) + (lower - upper) * v_weight + kHalf) >>
                                    (2 * kWeightBits));
+}
+
+std::uint8_t grey_beyond(const ImageU8& image, const Place& u, const Place& v) {
+  return grey_at(image.data + v.pixel * image.stride + u.pixel, image.stride, u.weight, v.weight);
 }
 
 }  // namespace
@@ -86,15 +99,29 @@ void RemapJob::do_row() {
   const RemapNode* const lower = upper + columns;
   const auto u_edge = [&](int c) { return upper[c].u * (kSpacing - down) + lower[c].u * down; };
   const auto v_edge = [&](int c) { return upper[c].v * (kSpacing - down) + lower[c].v * down; };
-  std::uint8_t* const out = target_.row(y_);
-  int x = 0;
+  const ImageU8 source = source_;
+  std::uint8_t* out = target_.row(y_);
   for (int c = 0; c + 1 < columns; ++c) {
     std::int32_t u = u_edge(c) * kSpacing, v = v_edge(c) * kSpacing;
-    const std::int32_t u_step = u_edge(c + 1) - u_edge(c), v_step = v_edge(c + 1) - v_edge(c);
-    for (int i = 0; i < kSpacing && x < target_.width; ++i, ++x) {
-      out[x] = grey_at(source_, place_of(u, source_.width), place_of(v, source_.height));
-      u += u_step;
-      v += v_step;
+    const std::int32_t u_end = u_edge(c + 1) * kSpacing, v_end = v_edge(c + 1) * kSpacing;
+    const std::int32_t u_step = (u_end - u) / kSpacing, v_step = (v_end - v) / kSpacing;
+    const bool inner = is_inner(u, source.width) && is_inner(u_end, source.width) &&
+                       is_inner(v, source.height) && is_inner(v_end, source.height);
+    const int left = target_.width - c * kSpacing;
+    std::uint8_t* const end = out + (left < kSpacing ? left : kSpacing);
+    if (inner) {
+      std::int32_t row = v >> kBits;
+      const std::uint8_t* above = source.data + row * source.stride;
+      for (; out != end; ++out, u += u_step, v += v_step) {
+        if ((v >> kBits) != row) {
+          row = v >> kBits;
+          above = source.data + row * source.stride;
+        }
+        *out = grey_at(above + (u >> kBits), source.stride, weight_of(u), weight_of(v));
+      }
+    } else {
+      for (; out != end; ++out, u += u_step, v += v_step)
+        *out = grey_beyond(source, place_of(u, source.width), place_of(v, source.height));
     }
   }
 }

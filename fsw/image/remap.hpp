@@ -13,7 +13,8 @@
 /// of two from 8 on with which both cameras' tables of the mission take no more than 64 KiB.
 ///
 /// The table comes from the ground (ground_tools/dataset/rectify.hpp) as a parameter of the mission; a pair
-/// that is rectified needs none. Cost: 4 operations a pixel; a unit of work is a row.
+/// that is rectified needs none. Cost: 4 operations a pixel; a unit of work is a row. On the model of the
+/// RAD750 53 cycles a pixel, 0.105 s for both images of 512 x 384.
 ///
 /// Source: bilinear warp by a control grid, Wolberg, "Digital Image Warping" (1990), 7.
 #pragma once
