@@ -242,7 +242,7 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
   return cut;
 }
 
-std::string to_json(const Cut& cut, const UplinkParams& params) {
+std::string to_json(const Cut& cut, const UplinkParams& params, std::uint32_t next_sequence) {
   using nlohmann::ordered_json;
   const auto box = [](const MapExtent& e) {
     return ordered_json{
@@ -271,7 +271,8 @@ std::string to_json(const Cut& cut, const UplinkParams& params) {
                  {"unchanged", cut.unchanged},
                  {"id", fmt::format("{:08x}", cut.upload.plan.id)},
                  {"chunk_bytes", cut.upload.plan.chunk_bytes},
-                 {"chunks", chunks_of(cut.upload.plan)}};
+                 {"chunks", chunks_of(cut.upload.plan)},
+                 {"next_sequence", next_sequence}};
   for (const RankedTile& tile : cut.tiles) {
     j["ranked"].push_back({{"tile", tile.tile},
                            {"boulders", tile.boulders},

@@ -71,6 +71,6 @@ Cut cut_corridor(const std::vector<std::uint8_t>& map, const std::string& name, 
                  const UplinkParams& params, const std::optional<BaseMap>& base);
 
 /// What was cut, as JSON text.
-std::string to_json(const Cut& cut, const UplinkParams& params);
+std::string to_json(const Cut& cut, const UplinkParams& params, std::uint32_t next_sequence);
 
 }  // namespace cairn::ground

@@ -26,7 +26,7 @@ struct UplinkOptions {
   fs::path output;
   UplinkParams params;
   double drift_percent = 100.0 * UplinkParams().drift;
-  std::uint32_t sequence = 0;
+  std::optional<std::uint32_t> sequence;
   std::string only;
   bool json = false;
 };
@@ -85,7 +85,7 @@ void check_same_upload(const fs::path& report, const Cut& cut) {
 /// Chunks that were lost, beside the whole upload.
 void write_lost(const Cut& cut, const UplinkOptions& options) {
   check_same_upload(options.output / "report.json", cut);
-  std::uint32_t sequence = options.sequence;
+  std::uint32_t sequence = options.sequence.value_or(0);
   std::vector<PacketBytes> packets;
   std::size_t bytes = 0;
   std::vector<std::uint32_t> numbers = choose_chunks(send_order(cut.upload, cut.rank_of_tile), options.only);
@@ -121,22 +121,29 @@ void uplink(const UplinkOptions& options) {
     write_lost(cut, options);
     return;
   }
-  std::uint32_t sequence = options.sequence;
+  if (base && !options.sequence)
+    fmt::print(
+        stderr,
+        "cairn: warning: --sequence: packets are numbered from 0, and a rover that has taken the base as "
+        "an upload answers stale or contradicts; give next_sequence of its report.json\n");
+  std::uint32_t sequence = options.sequence.value_or(0);
   std::vector<PacketBytes> packets{begin_packet(cut.upload, sequence++)};
   for (const std::uint32_t number : send_order(cut.upload, cut.rank_of_tile))
     packets.push_back(chunk_packet(cut.upload, number, sequence++));
-  const std::string report = to_json(cut, options.params);
+  const std::uint32_t use = sequence++;
+  const std::string report = to_json(cut, options.params, sequence);
   make_folder(options.output);
   OutputFile map(options.output / "map.cmap");
   map.write(cut.map);
   write_packets(options.output / "upload.tc", packets);
-  write_packets(options.output / "use.tc", {use_packet(cut.upload, sequence)});
+  write_packets(options.output / "use.tc", {use_packet(cut.upload, use)});
   write_file(options.output / "report.json", report);
   map.commit();
   if (options.json) {
     fmt::print("{}", report);
   } else {
     print(cut, options);
+    fmt::print("next upload       --sequence {}\n", sequence);
   }
 }
 
@@ -176,7 +183,9 @@ void add_map_uplink(CLI::App& map) {
       fmt::format("side of a tile, m (default: about {:.0f} boulders in each; with --base, that of "
                   "the base)",
                   kBouldersPerCutTile));
-  app->add_option("--sequence", o.sequence, "sequence number of the first packet")->capture_default_str();
+  app->add_option(
+      "--sequence", o.sequence,
+      "sequence number of the first packet: next_sequence of the upload before (default 0: the first)");
   app->add_option(
       "--only", o.only,
       "write only these chunks, e.g. 3,7-9, which were lost, to lost.tc; all else stays as it is");

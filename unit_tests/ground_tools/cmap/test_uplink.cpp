@@ -436,7 +436,7 @@ void test_report(void**) {
   UplinkParams params;
   params.budget_bytes = 1500;
   cut = cut_site(params);
-  const nlohmann::json report = nlohmann::json::parse(to_json(cut, params));
+  const nlohmann::json report = nlohmann::json::parse(to_json(cut, params, 0));
   assert_int_equal(report["boulders"]["sent"], cut.boulders);
   assert_int_equal(report["boulders"]["corridor"], cut.corridor_boulders);
   assert_int_equal(report["bytes"]["link"], link_bytes(cut.upload.plan));

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "app/telecommand.hpp"
 #include "base/output_file.hpp"
@@ -94,6 +95,36 @@ void test_base(void**) {
   assert_non_null(std::strstr(said().c_str(), "nothing has changed"));
 }
 
+/// Numbers go on from upload to upload; who leaves them out with a base, which was an upload, is told.
+void test_sequences_go_on(void**) {
+  const auto next = [](const char* folder) {
+    const std::vector<std::uint8_t> bytes = read_file(scratch.path(folder) / "report.json");
+    return nlohmann::json::parse(bytes).at("upload").at("next_sequence").get<std::uint32_t>();
+  };
+  const auto number_in = [](const char* folder, const char* file) {  // of the first packet
+    const std::vector<std::uint8_t> bytes = read_file(scratch.path(folder) / file);
+    app::Command command;
+    const std::size_t size = std::string(file) == "use.tc" ? bytes.size() : begin_packet({}, 0).size();
+    assert_status(app::decode(bytes.data(), size, command), app::CommandStatus::kAccepted);
+    return command.sequence;
+  };
+  assert_int_equal(test::run_cairn(scratch, "map uplink" + good() + to("first")).code, 0);
+  assert_int_equal(number_in("first", "upload.tc"), 0);
+  assert_int_equal(next("first"), number_in("first", "use.tc") + 1);
+  const std::string told = "next upload       --sequence " + std::to_string(next("first"));
+  assert_non_null(std::strstr(said().c_str(), told.c_str()));
+  const std::string base = " --base " + scratch.path("first/map.cmap").string();
+  test::Ended ended = test::run_cairn(scratch, "map uplink" + good() + to("second") + base);
+  assert_int_equal(ended.code, 0);
+  assert_non_null(std::strstr(ended.errors.c_str(), "warning: --sequence"));
+  ended = test::run_cairn(
+      scratch, "map uplink" + good() + to("second") + base + " --sequence " + std::to_string(next("first")));
+  assert_int_equal(ended.code, 0);
+  assert_true(ended.errors.empty());
+  assert_int_equal(number_in("second", "upload.tc"), next("first"));
+  assert_true(next("second") > next("first"));
+}
+
 /// A boulder struck out in a spreadsheet is a small delta.
 void test_an_edited_map_is_a_delta(void**) {
   const std::string site = scratch.path("site.cmap").string();
@@ -168,6 +199,7 @@ int main() {
       cmocka_unit_test(test_lost_chunks_alone),
       cmocka_unit_test(test_json),
       cmocka_unit_test(test_base),
+      cmocka_unit_test(test_sequences_go_on),
       cmocka_unit_test(test_an_edited_map_is_a_delta),
       cmocka_unit_test(test_fixes_of_a_forecast),
       cmocka_unit_test(test_a_short_way_is_doubted),
