@@ -93,6 +93,10 @@ struct Mission {
   int icp_min_pairs = 4;                  ///< two fix a similarity; as many again to check it
   double icp_min_lever_m = 0.30;          ///< 0.06 m on that is 11 degrees of yaw: nothing to be had below
   double icp_sigma_pair_m = 0.06;         ///< centroid of an orbital blob against that of the ground points
+  // A start pose with larger sigmas than these is confirmed by a fix alone: nobody drives by a map on which
+  // the rover may lie a metre and a half aside.
+  double confirmed_start_xy_m = 0.5;
+  double confirmed_start_yaw_rad = 0.1;
   double icp_max_correction_m = 1.0;      ///< 20 times the paper's drift between fixes
   double icp_max_correction_rad = 0.175;  ///< 10 degrees
   double icp_max_scale_change = 0.10;     ///< five times a bad stereo baseline

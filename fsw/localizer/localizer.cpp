@@ -101,7 +101,8 @@ LocalizerStatus Localizer::set_start(const Pose3& T_map_rover, double sigma_xy_m
   if (!is_valid(T_map_rover) || !positive(sigma_xy_m) || !positive(sigma_yaw_rad))
     return LocalizerStatus::kBadPose;
   begin_site(T_map_rover, sigma_xy_m, sigma_yaw_rad);
-  trust_.on(sigma_xy_m < kUnknownStart_m ? TrustEvent::kStartGiven : TrustEvent::kStartUnknown);
+  const bool unknown = sigma_xy_m >= kUnknownStart_m;
+  trust_.on(unknown ? TrustEvent::kStartUnknown : trust_.start_of(sigma_xy_m, sigma_yaw_rad));
   return LocalizerStatus::kReady;
 }
 

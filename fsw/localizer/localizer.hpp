@@ -182,8 +182,8 @@ class Localizer {
   /// Forgets everything but trim and map.
   LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);
   /// Declares where the rover is: T_map_rover, with what it is uncertain by; from a sigma of kUnknownStart_m
-  /// on, that it is lost, and the pose stands for the place until a fix is found in the whole map. Starts a
-  /// new site and forgets boulders.
+  /// on, that it is lost, and the pose stands for the place until a fix is found in the whole map; wider than
+  /// TrustParams allows, that a fix must confirm it. Starts a new site and forgets boulders.
   LocalizerStatus set_start(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   LocalizerStatus set_trim(const StepTrim& trim);
   /// A validated map, or a default one for none. Its bytes stay with the caller. A fix that is under way on

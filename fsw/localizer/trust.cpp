@@ -11,6 +11,7 @@ constexpr Trust L = Trust::kLost;
 /// The header's table: a row an event, a column a state.
 constexpr Trust kNext[kTrustEvents][kTrustStates] = {
     {C, C, C, C},  // kStartGiven
+    {U, U, U, U},  // kStartWide
     {L, L, L, L},  // kStartUnknown
     {C, O, U, L},  // kStepMeasured
     {C, C, U, L},  // kCaughtUp
@@ -36,10 +37,16 @@ void TrustState::init(const TrustParams& params) {
   refusals_ = 0;
 }
 
+TrustEvent TrustState::start_of(double sigma_xy_m, double sigma_yaw_rad) const {
+  const bool known = sigma_xy_m <= params_.start_sigma_xy_m && sigma_yaw_rad <= params_.start_sigma_yaw_rad;
+  return known ? TrustEvent::kStartGiven : TrustEvent::kStartWide;
+}
+
 void TrustState::on(TrustEvent event) {
   state_ = next(state_, event);
   switch (event) {
     case TrustEvent::kStartGiven:
+    case TrustEvent::kStartWide:
     case TrustEvent::kStartUnknown:
       since_ = Trust::kConfirmed;
       held_ = false;

@@ -5,9 +5,13 @@
 /// stays. What does is a fix, or a start pose by command; and where VO bridges frames without a picture from
 /// a reference before them, nothing was guessed after all.
 ///
+/// A start pose that claims less than the mission can drive by (TrustParams) is nobody's confirmation: it
+/// waits for a fix.
+///
 /// | event            | confirmed   | coasting    | unconfirmed | lost      |
 /// |------------------|-------------|-------------|-------------|-----------|
 /// | kStartGiven      | confirmed   | confirmed   | confirmed   | confirmed |
+/// | kStartWide       | unconfirmed | unconfirmed | unconfirmed | unconfirmed |
 /// | kStartUnknown    | lost        | lost        | lost        | lost      |
 /// | kStepMeasured    |             |             |             |           |
 /// | kCaughtUp        |             | confirmed   |             |           |
@@ -36,14 +40,15 @@
 namespace cairn {
 
 enum class Trust : std::uint8_t {
-  kConfirmed,    ///< every step since the start or the last fix was measured
+  kConfirmed,    ///< every step since a start that was known or the last fix was measured
   kCoasting,     ///< no usable pair now: held, or moved by motion priors; VO may yet bridge it
-  kUnconfirmed,  ///< a step was guessed or doubted, or a fix contradicts
+  kUnconfirmed,  ///< the start was wide, a step was guessed or doubted, or a fix contradicts
   kLost,         ///< where the rover is, is not known: only a fix or a start pose ends this
 };
 
 enum class TrustEvent : std::uint8_t {
   kStartGiven,       ///< by command
+  kStartWide,        ///< by command, with a sigma beyond TrustParams
   kStartUnknown,     ///< by command
   kStepMeasured,     ///< VO, from the pair before
   kCaughtUp,         ///< VO, over all that was held or missed since its reference
@@ -57,16 +62,21 @@ enum class TrustEvent : std::uint8_t {
   kFixRefuted,       ///< too little evidence again and again, where it speaks against the pose
 };
 inline constexpr int kTrustStates = 4;
-inline constexpr int kTrustEvents = 12;
+inline constexpr int kTrustEvents = 13;
 
 struct TrustParams {
   int lost_after = cfg::kMission.lost_after_fixes;  ///< at least 1
+  /// The widest start pose that is taken as confirmed, standard deviations.
+  double start_sigma_xy_m = cfg::kMission.confirmed_start_xy_m;
+  double start_sigma_yaw_rad = cfg::kMission.confirmed_start_yaw_rad;
 };
 
 class TrustState {
  public:
   /// kLost: no start pose yet.
   void init(const TrustParams& params);
+  /// kStartGiven or kStartWide.
+  TrustEvent start_of(double sigma_xy_m, double sigma_yaw_rad) const;
   /// The frame that the next fix speaks of.
   void snapshot() { since_ = held_ ? Trust::kCoasting : Trust::kConfirmed; }
   void on(TrustEvent event);

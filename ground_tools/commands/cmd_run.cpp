@@ -251,8 +251,9 @@ void add_run_command(CLI::App& app) {
   command->add_option("--frames", options->frames, "frames to use, FIRST:END, counted from 0");
   command->add_option("--start", options->start,
                       "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
-  command->add_option("--start-sigma", options->start_sigma,
-                      "what the start is uncertain by: XY,YAW (metres, degrees; default 0.05,0.57)");
+  command->add_option(
+      "--start-sigma", options->start_sigma,
+      "what the start is uncertain by: XY,YAW (metres, degrees; default 0.05,0.57); beyond the mission's limits it is unconfirmed until a fix");
   command->add_flag("--lost", options->lost,
                     "the start is not known: looked for in the whole map, at any heading");
   command->add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");

@@ -48,7 +48,7 @@ const Run = (() => {
     trust: {
       confirmed: 'every step since the start or the last fix was measured',
       coasting: 'held, or moved by motion priors',
-      unconfirmed: 'a step was guessed or doubted, or a fix contradicts',
+      unconfirmed: 'the start was wide, a step was guessed or doubted, or a fix contradicts',
       lost: 'not known where the rover is',
     },
   };

@@ -646,7 +646,10 @@ void test_starts_that_are_off(void**) {
     start.t += s.off_m;
     start.q = (lift({0.0, 0.0, s.yaw_rad}).q * truth.q).normalized();
     assert_status(localizer.set_start(start, s.sigma_m, s.sigma_rad), LocalizerStatus::kReady);
-    assert_status(localizer.trust(), s.sigma_m < 1.0e3 ? Trust::kConfirmed : Trust::kLost);
+    const Trust at_start = s.sigma_m > 1.0e3 ? Trust::kLost
+                           : s.sigma_m > 0.5 ? Trust::kUnconfirmed
+                                             : Trust::kConfirmed;
+    assert_status(localizer.trust(), at_start);
     for (std::size_t n = 0; n < 3; ++n) {
       run(30 * n, 30 * n + 30);
       const FixStatus status = fix(localizer);
@@ -681,6 +684,8 @@ void test_late_fix(void**) {
 }
 
 /// A map that claims more boulders around here than anything has room for is cut, or refused, and said so; no
+      if (n == 0 && status != FixStatus::kApplied && s.sigma_m > 0.5)
+        assert_status(localizer.trust(), at_start);
 /// unit of work is longer on it.
 void test_a_map_that_is_all_boulders(void**) {
   constexpr int kAcross = kSanitized ? 150 : 400;

@@ -9,10 +9,11 @@ using namespace cairn;
 namespace {
 
 constexpr TrustEvent kAll[kTrustEvents] = {
-    TrustEvent::kStartGiven,  TrustEvent::kStartUnknown, TrustEvent::kStepMeasured,
-    TrustEvent::kCaughtUp,    TrustEvent::kHeld,         TrustEvent::kGuessed,
-    TrustEvent::kDoubted,     TrustEvent::kFixAccepted,  TrustEvent::kFixInconsistent,
-    TrustEvent::kFixDeclined, TrustEvent::kFixUndecided, TrustEvent::kFixRefuted,
+    TrustEvent::kStartGiven,      TrustEvent::kStartWide,   TrustEvent::kStartUnknown,
+    TrustEvent::kStepMeasured,    TrustEvent::kCaughtUp,    TrustEvent::kHeld,
+    TrustEvent::kGuessed,         TrustEvent::kDoubted,     TrustEvent::kFixAccepted,
+    TrustEvent::kFixInconsistent, TrustEvent::kFixDeclined, TrustEvent::kFixUndecided,
+    TrustEvent::kFixRefuted,
 };
 
 TrustState in_state(Trust state) {
@@ -43,8 +44,27 @@ void test_commands(void**) {
   for (const Trust from : {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost}) {
     assert_status(in_state(from).state(), from);
     assert_status(after(from, TrustEvent::kStartGiven), Trust::kConfirmed);
+    assert_status(after(from, TrustEvent::kStartWide), Trust::kUnconfirmed);
     assert_status(after(from, TrustEvent::kStartUnknown), Trust::kLost);
   }
+}
+
+/// Both sigmas must be such that the mission can drive by them.
+void test_wide_starts(void**) {
+  const TrustParams params;
+  TrustState t;
+  t.init(params);
+  const double xy = params.start_sigma_xy_m;
+  const double yaw = params.start_sigma_yaw_rad;
+  assert_true(t.start_of(xy, yaw) == TrustEvent::kStartGiven);
+  assert_true(t.start_of(1.001 * xy, 0.1 * yaw) == TrustEvent::kStartWide);
+  assert_true(t.start_of(0.1 * xy, 1.001 * yaw) == TrustEvent::kStartWide);
+  t.on(TrustEvent::kStartWide);
+  t.on(TrustEvent::kStepMeasured);
+  assert_status(t.state(), Trust::kUnconfirmed);
+  t.snapshot();
+  t.on(TrustEvent::kFixAccepted);
+  assert_status(t.state(), Trust::kConfirmed);
 }
 
 void test_frames(void**) {
@@ -102,8 +122,8 @@ void test_refused_too_often(void**) {
 }
 
 void test_only_rows_count(void**) {
-  for (const TrustEvent between :
-       {TrustEvent::kFixAccepted, TrustEvent::kStartGiven, TrustEvent::kStartUnknown}) {
+  for (const TrustEvent between : {TrustEvent::kFixAccepted, TrustEvent::kStartGiven, TrustEvent::kStartWide,
+                                   TrustEvent::kStartUnknown}) {
     TrustState t;
     t.init({2});
     t.on(TrustEvent::kStartGiven);
@@ -111,7 +131,8 @@ void test_only_rows_count(void**) {
     t.on(between);
     t.on(TrustEvent::kFixDeclined);
     assert_int_equal(t.refusals(), 1);
-    if (between != TrustEvent::kStartUnknown) assert_status(t.state(), Trust::kConfirmed);
+    if (between == TrustEvent::kFixAccepted || between == TrustEvent::kStartGiven)
+      assert_status(t.state(), Trust::kConfirmed);
   }
 }
 
@@ -135,7 +156,8 @@ void test_late_fix(void**) {
 
 /// Nothing of before a start counts after it: neither what was guessed since a snapshot, nor held frames.
 void test_a_start_begins_anew(void**) {
-  for (const TrustEvent start : {TrustEvent::kStartGiven, TrustEvent::kStartUnknown}) {
+  for (const TrustEvent start :
+       {TrustEvent::kStartGiven, TrustEvent::kStartWide, TrustEvent::kStartUnknown}) {
     for (const TrustEvent before : {TrustEvent::kHeld, TrustEvent::kGuessed, TrustEvent::kDoubted}) {
       for (const bool snapshot : {false, true}) {
         TrustState t = in_state(Trust::kConfirmed);
@@ -185,14 +207,16 @@ void test_any_order(void**) {
     if (e == TrustEvent::kGuessed || e == TrustEvent::kDoubted) guessed = guessed_since_snapshot = true;
     if (e == TrustEvent::kFixAccepted) guessed = guessed_since_snapshot;
     if (e == TrustEvent::kStartGiven) guessed = guessed_since_snapshot = false;
-    if (e == TrustEvent::kStartUnknown) guessed_since_snapshot = false;
+    if (e == TrustEvent::kStartUnknown || e == TrustEvent::kStartWide) guessed_since_snapshot = false;
+    if (e == TrustEvent::kStartWide) guessed = true;
     if (t.state() == Trust::kConfirmed) {
       assert_false(guessed);
       if (before == Trust::kLost || before == Trust::kUnconfirmed)
         assert_true(e == TrustEvent::kFixAccepted || e == TrustEvent::kStartGiven);
     }
     if (before == Trust::kLost && t.state() != Trust::kLost)
-      assert_true(e == TrustEvent::kFixAccepted || e == TrustEvent::kStartGiven);
+      assert_true(e == TrustEvent::kFixAccepted || e == TrustEvent::kStartGiven ||
+                  e == TrustEvent::kStartWide);
   }
 }
 
@@ -202,6 +226,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_before_any_start),
       cmocka_unit_test(test_commands),
+      cmocka_unit_test(test_wide_starts),
       cmocka_unit_test(test_frames),
       cmocka_unit_test(test_latched),
       cmocka_unit_test(test_fixes),
