@@ -207,7 +207,7 @@ void draw_legend(Svg& svg, double x, double y, const ReplayPlot& plot, double ma
   std::set<std::string> states;
   for (const PlotTrust& t : plot.trust) states.insert(t.state);
   for (const std::string& state : states) entry(true, "pose " + state, bar(colour_of_trust(state), 1.0, 6.0));
-  entry(any(false), "fix refused:", diamond(false));
+  entry(any(false), "fix not used:", diamond(false));
   std::map<std::string, int> refused;
   for (const PlotFix& fix : plot.fixes) refused[fix.verdict] += fix.used ? 0 : 1;
   for (const auto& [verdict, times] : refused) {

@@ -42,7 +42,7 @@ std::string observe_status_name(std::uint8_t value) {
 
 std::string fix_status_name(std::uint8_t value) {
   static const char* const names[] = {"none",
-                                      "running",
+                                      "unfinished",
                                       "applied",
                                       "no_map",
                                       "no_map_boulders",

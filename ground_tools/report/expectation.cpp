@@ -110,7 +110,7 @@ void set_against(const std::filesystem::path& path, const std::vector<ExpectedFi
   for (std::size_t i = 0; i < fixes.at("snapshot").size(); ++i) {
     const auto snapshot = fixes.at("snapshot").at(i).get<std::size_t>();  // counted from 1
     if (snapshot < 1 || snapshot > distance_m.size()) continue;
-    const bool goes_on = fixes.at("status").at(i) == "running" && i + 1 < fixes.at("snapshot").size();
+    const bool goes_on = fixes.at("status").at(i) == "unfinished" && i + 1 < fixes.at("snapshot").size();
     if (goes_on) continue;
     tried.push_back({distance_m[snapshot - 1], fixes.at("status").at(i) == "applied"});
   }

@@ -8,6 +8,7 @@ const Run = (() => {
 
   const kVerdicts = {
     applied: 'used',
+    unfinished: 'not used yet: the search was not done',
     no_map: 'not used: no map',
     no_map_boulders: 'not used: the map has no boulder near',
     no_local_boulders: 'not used: no boulder seen lately',

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "ground_tools/scratch.hpp"
+#include "localizer/localizer.hpp"
+#include "replay/status_names.hpp"
 #include "support/cmocka.hpp"
 
 using namespace cairn;
@@ -120,11 +122,13 @@ void test_a_search_that_goes_on(void**) {
   static ordered_json run;
   const std::vector<ExpectedFix> forecast = stations(std::vector<double>(6, 0.9));
   run = run_of(6, 6);
-  run["fixes"]["status"] = {"running", "running", "running", "applied", "applied", "applied"};
+  const std::string unfinished = fix_status_name(static_cast<std::uint8_t>(FixStatus::kRunning));
+  assert_string_equal(unfinished.c_str(), "unfinished");  // neither refused nor declined
+  run["fixes"]["status"] = {unfinished, unfinished, unfinished, "applied", "applied", "applied"};
   set_against("f.csv", forecast, run);
   assert_true(run.at("summary").at("forecast").at("tried") == 3);
   assert_true(run.at("summary").at("forecast").at("observed") == 3);
-  run["fixes"]["status"] = {"ambiguous", "ambiguous", "running", "running", "running", "running"};
+  run["fixes"]["status"] = {"ambiguous", "ambiguous", unfinished, unfinished, unfinished, unfinished};
   set_against("f.csv", forecast, run);
   assert_true(run.at("summary").at("forecast").at("tried") == 3);
   assert_true(run.at("summary").at("forecast").at("observed") == 0);
