@@ -6,6 +6,14 @@
 
 namespace cairn::cfg {
 
+/// Pixels from (u0, v0) on to before (u1, v1).
+struct PixelBox {
+  int u0 = 0;
+  int v0 = 0;
+  int u1 = 0;
+  int v1 = 0;
+};
+
 struct Mission {
   const char* name = "paper";
 
@@ -19,6 +27,9 @@ struct Mission {
   double baseline_m = 0.12;
   double camera_height_m = 0.7;
   double camera_pitch_down_rad = 0.68067840827778852;  // 39 degrees
+  // The rover itself in the left picture (geometry/own_hardware.hpp): a table that `cairn mask` makes.
+  const PixelBox* own_hardware = nullptr;
+  int own_hardware_boxes = 0;
 
   // Capacities.
   int max_features = 600;                ///< per image
@@ -82,6 +93,10 @@ struct Mission {
   double map_window_radius_m = 8.0;  ///< orbital boulders near the VO position
   double track_log_odds = 6.9;       ///< ln of the odds of a track that a fix has confirmed: 1000 to 1
   int lost_after_fixes = 3;          ///< fixes in a row that speak against the pose (localizer/trust.hpp)
+  // A start pose with larger sigmas than these is confirmed by a fix alone: nobody drives by a map on which
+  // the rover may lie a metre and a half aside.
+  double confirmed_start_xy_m = 0.5;
+  double confirmed_start_yaw_rad = 0.1;
 
   // Registration (registration/icp.hpp). Boulders of a local map lie some 0.3 m apart at the smallest size
   // that both maps hold, and a drive drifts a few centimetres between fixes.
@@ -93,10 +108,6 @@ struct Mission {
   int icp_min_pairs = 4;                  ///< two fix a similarity; as many again to check it
   double icp_min_lever_m = 0.30;          ///< 0.06 m on that is 11 degrees of yaw: nothing to be had below
   double icp_sigma_pair_m = 0.06;         ///< centroid of an orbital blob against that of the ground points
-  // A start pose with larger sigmas than these is confirmed by a fix alone: nobody drives by a map on which
-  // the rover may lie a metre and a half aside.
-  double confirmed_start_xy_m = 0.5;
-  double confirmed_start_yaw_rad = 0.1;
   double icp_max_correction_m = 1.0;      ///< 20 times the paper's drift between fixes
   double icp_max_correction_rad = 0.175;  ///< 10 degrees
   double icp_max_scale_change = 0.10;     ///< five times a bad stereo baseline

@@ -248,6 +248,7 @@ void FlightApp::report_minor() {
   r.features_right = static_cast<std::uint16_t>(vo.features_right);
   r.stereo = static_cast<std::uint16_t>(vo.stereo);
   r.matches = static_cast<std::uint16_t>(vo.matches);
+  r.own_points = static_cast<std::uint16_t>(vo.own_points);
   r.inliers = static_cast<std::uint16_t>(vo.inliers);
   r.rms_px = static_cast<float>(vo.rms_px);
   r.regions = static_cast<std::uint16_t>(seen.regions);

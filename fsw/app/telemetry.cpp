@@ -24,6 +24,7 @@ void walk(Walker& w, Report& r, const FrameReport*) {
   w.field(r.features_right);
   w.field(r.stereo);
   w.field(r.matches);
+  w.field(r.own_points);
   w.field(r.inliers);
   w.field(r.rms_px);
   w.field(r.regions);

@@ -48,6 +48,7 @@ struct FrameReport {
   std::uint16_t features_right = 0;    ///< in the right one
   std::uint16_t stereo = 0;            ///< points with a disparity
   std::uint16_t matches = 0;           ///< from the reference frame, before RANSAC
+  std::uint16_t own_points = 0;        ///< that stand still while the others move: the rover's own hardware
   std::uint16_t inliers = 0;           ///< of the motion
   float rms_px = 0.0F;                 ///< of the inliers' residuals
   std::uint16_t regions = 0;           ///< labelled by the segmentation

@@ -34,9 +34,9 @@ struct BoulderParams {
   ClusteringParams clustering{Linkage::kSingle, cfg::kMission.boulder_cut_m};
   BoulderCentre centre = BoulderCentre::kFootprint;
   double max_range_m = cfg::kMission.boulder_max_range_m;
-  OwnHardware own;               ///< nothing there is a boulder
-  double probe_sigma_px = 0.25;  ///< of a probed disparity
-  int min_points = 3;            ///< of a cluster
+  OwnHardware own = kMissionHardware;  ///< nothing there is a boulder
+  double probe_sigma_px = 0.25;        ///< of a probed disparity
+  int min_points = 3;                  ///< of a cluster
   int min_votes = 1;
 };
 

@@ -184,10 +184,7 @@ void Localizer::take_vo_result() {
   const VoStatus status = vo_.status();
   ++health_.vo[static_cast<std::size_t>(status)];
   switch (status) {
-    case VoStatus::kMotion:
-      measured();
-      pose_source_ = PoseSource::kVo;
-      break;
+    case VoStatus::kMotion: pose_source_ = measured() ? PoseSource::kVo : PoseSource::kDoubted; break;
     case VoStatus::kFirstFrame:
       if (unseen_ > 0) trust_.on(TrustEvent::kGuessed);  // what went by since the start pose
       mark_reference();
@@ -215,7 +212,7 @@ Pose3 Localizer::rover_step(const Pose3& T_prev_cur) const {
 }
 
 /// From VO's reference on, whatever the frames since were taken for.
-void Localizer::measured() {
+bool Localizer::measured() {
   T_site_rover_ = at_reference_;
   fusion_.caught_up();
   Pose3 step = rover_step(vo_.result().T_prev_cur);
@@ -231,25 +228,40 @@ void Localizer::measured() {
   planar_step.d_map_m = after.translation() - before.translation();
   planar_step.turn_rad = wrap_angle(after.yaw_rad - before.yaw_rad);
   planar_step.covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, now);
-  if (vo_.result().own_points > 0) watch_status_ = WatchStatus::kOwnHardware;
-  planar_step.sound = !primed_ || agrees_with_priors();
+  planar_step.sound = nothing_against();
   fusion_.propagate(planar_step);
   trust_.on(unseen_ > 0 ? TrustEvent::kCaughtUp : TrustEvent::kStepMeasured);
   if (!planar_step.sound) trust_.on(TrustEvent::kDoubted);
   mark_reference();
+  return planar_step.sound;
 }
 
-/// Over all frames since VO's reference. Where they differ nobody knows who is right.
-bool Localizer::agrees_with_priors() {
+/// Over all frames since VO's reference. Where motion prior and VO differ nobody knows who is right; where
+/// most of what is seen stands still, a prior that agrees with VO alone can tell.
+bool Localizer::nothing_against() {
   const Pose3 step = rover_step(vo_.result().T_prev_cur);
   const Pose3 prior_step = rover_step(vo_.predicted());
   const Mat3 covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, Pose3());
-  if (watch_.compare(step, covariance, prior_step) == WatchStatus::kClear) return true;
-  watch_status_ = WatchStatus::kContradicted;
-  const Pose3 between = prior_step.inverse() * step;
+  const auto agrees = [&](const Pose3& s) {
+    return watch_.compare(s, covariance, prior_step) == WatchStatus::kClear;
+  };
+  if (vo_.result().own_points > 0) watch_status_ = WatchStatus::kOwnHardware;
+  if (primed_ && !agrees(step)) {
+    watch_status_ = WatchStatus::kContradicted;
+    doubt_step(prior_step.inverse() * step);
+    return false;
+  }
+  if (vo_.result().mostly_own && !(primed_ && !agrees(Pose3()))) {
+    watch_status_ = WatchStatus::kMostlyStill;
+    doubt_step(step);
+    return false;
+  }
+  return true;
+}
+
+void Localizer::doubt_step(const Pose3& between) {
   fusion_.doubt(between.t.norm(), quat_log(between.q).norm());
   tear_local_map();
-  return false;
 }
 
 /// Frames that VO cannot use, or that never came.

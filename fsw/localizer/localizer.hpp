@@ -23,7 +23,7 @@
 /// grows by what the rover may do; the next good pair measures the whole way from the reference, and what was
 /// held or told by priors counts no more. Where VO loses its reference the pose is guessed for good: sigma
 /// keeps what the guess may be off, trust tells of it, and where that is more than a pair's own error the
-/// boulders seen before are forgotten. The same where a motion prior contradicts VO (vo_watch.hpp).
+/// boulders seen before are forgotten. The same where something speaks against VO's motion (vo_watch.hpp).
 ///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
 /// to 1, it is looked for in the whole map.
@@ -104,12 +104,13 @@ enum class CAIRN_NODISCARD LocalizerStatus : std::uint8_t {
 enum class PoseSource : std::uint8_t {
   kNone,          ///< no start pose yet
   kStart,         ///< first frame after the start pose
-  kVo,            ///< moved by VO
+  kVo,            ///< moved by VO, and nothing speaks against it
   kHeld,          ///< pair unusable, no motion prior: the pose before
   kExtrapolated,  ///< VO lost its way: moved from its reference by motion priors or the last step; counted
   kPrior,         ///< pair unusable: moved by the motion prior
+  kDoubted,       ///< moved by VO, which something speaks against (WatchStatus)
 };
-inline constexpr std::size_t kPoseSourceCount = 6;
+inline constexpr std::size_t kPoseSourceCount = 7;
 static_assert(enum_has<PoseSource, kPoseSourceCount>());
 
 /// What became of a registration: one cause each.
@@ -240,8 +241,9 @@ class Localizer {
   const Pose3* checked(const Pose3* motion_prior);
   void take_vo_result();
   Pose3 rover_step(const Pose3& T_prev_cur) const;
-  void measured();
-  bool agrees_with_priors();
+  bool measured();
+  bool nothing_against();
+  void doubt_step(const Pose3& between);
   void hidden(std::uint32_t frames, const Pose3* motion_prior);
   void guessed();
   void mark_reference();

@@ -36,7 +36,7 @@ void StereoFrameJob::init(const StereoFrameParams& params, const StereoRig& rig,
 StereoStatus StereoFrameJob::start(const ImageU8& left, const ImageU8& right, StereoFrame& frame) {
   cursor_ = 0;
   phase_ = Phase::kLeft;
-  features_left_ = features_right_ = points_ = 0;
+  features_left_ = features_right_ = ground_features_ = points_ = 0;
   right_image_ = right;
   frame_ = &frame;
   const bool sizes_fit = left.width == rig_.width_px && left.height == rig_.height_px &&
@@ -114,6 +114,8 @@ void StereoFrameJob::collect() {
   frame_->points.clear();
   for (std::size_t i = 0; i < left.features.size(); ++i) {
     StereoPoint point;
+    const bool own = params_.own.covers(left.features[i].u, left.features[i].v);
+    ground_features_ += own ? 0 : 1;
     const std::int16_t j = match_.partner(i);
     if (j != MatchJob::kNone) {
       const Feature& l = left.features[i];
@@ -121,7 +123,7 @@ void StereoFrameJob::collect() {
       point.keypoint = sampson_correct({l.u, l.v, r.u, r.v});
       point.d_px = point.keypoint.disparity_px();
       point.v_px = point.keypoint.v_left;
-      point.valid = point.d_px >= params_.min_disparity_px && !params_.own.covers(l.u, l.v);
+      point.valid = point.d_px >= params_.min_disparity_px && !own;
       points_ += point.valid ? 1 : 0;
     }
     frame_->points.append(point);
@@ -192,7 +194,7 @@ void StereoFrameJob::refine_point(std::size_t i) {
 
 void StereoFrameJob::count_points() {
   points_ = static_cast<int>(frame_->valid_points);
-  const bool few = points_ < min_points_ || points_ < params_.min_stereo_share * features_left_;
+  const bool few = points_ < min_points_ || points_ < params_.min_stereo_share * ground_features_;
   status_ = few ? StereoStatus::kFewPoints : StereoStatus::kPoints;
 }
 

@@ -378,6 +378,10 @@ void VisualOdometry::accept(const MotionResult& motion) {
   const Pose3 T_ref_cur = motion.T_cur_ref.inverse();
   const Pose3 T_prev_cur = T_ref_prev_.inverse() * T_ref_cur;
   result_.frames = elapsed_;
+  const int others = result_.matches - result_.own_points;
+  reference_own_points_ += result_.own_points;
+  result_.own_points = reference_own_points_;
+  result_.mostly_own = reference_own_points_ > others;
   if (!(T_prev_cur.t.norm() <= params_.max_step_m * elapsed_) ||
       !(quat_log(T_prev_cur.q).norm() <= params_.max_step_rad * elapsed_)) {
     lose(VoStatus::kImplausible);
@@ -397,6 +401,7 @@ void VisualOdometry::renew_reference() {
   reference_ = 1 - reference_;
   have_reference_ = true;
   reference_age_ = 0;
+  reference_own_points_ = 0;
   T_ref_prev_ = Pose3();
   result_.reference_renewed = true;
 }

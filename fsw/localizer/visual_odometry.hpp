@@ -61,9 +61,12 @@ struct VoResult {
   int features_right = 0;
   int stereo = 0;   ///< stereo points
   int matches = 0;  ///< from the reference
-  /// Of the matches, points that stand still in the picture where the motion moves them: the rover's own
-  /// hardware. 0 where they are fewer than a motion takes.
+  /// Points that stand still in the picture where the motion moves them, of this frame's matches and of those
+  /// that this reference left out: the rover's own hardware. 0 where they are fewer than a motion takes.
   int own_points = 0;
+  /// They are more than all other matches: is it the hardware that stands still, or is it the ground, and
+  /// what moves is an arm, or dust? The motion is that of what moves.
+  bool mostly_own = false;
   int inliers = 0;
   double rms_px = 0.0;
   int frames = 0;  ///< that the motion spans: 1, and those without a usable pair before it
@@ -123,6 +126,7 @@ class VisualOdometry {
   int reference_ = 0;
   bool have_reference_ = false;
   int reference_age_ = 0;
+  int reference_own_points_ = 0;
   int alignments_ = 0;
   bool wide_ = false;
   bool motion_known_ = false;      ///< some motion was measured

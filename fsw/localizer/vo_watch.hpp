@@ -14,6 +14,11 @@
 /// of them does not, and it is not told which (a wheel that slips, a VO that follows the rover's own shadow):
 /// the pose stays VO's, and what they differ by goes into its uncertainty.
 ///
+/// A view that mostly stands still. Points that stand still while others move are the rover's own hardware,
+/// and VO leaves them out. Where they are the majority they may as well be the ground, and what moves an arm
+/// or dust: the pose stays VO's, and its whole step goes into its uncertainty, unless a motion prior agrees
+/// with VO and not with a rover that stands.
+///
 /// Source: innovation test, as in pose_fusion.hpp.
 #pragma once
 
@@ -33,8 +38,9 @@ enum class CAIRN_NODISCARD WatchStatus : std::uint8_t {
   kFrozen,        ///< a picture is the one before's: the pair is not used
   kContradicted,  ///< the motion prior tells of another motion
   kOwnHardware,   ///< points stand still in the picture while the others move: they were left out
+  kMostlyStill,   ///< these are most of what is seen: perhaps the rover stands, and something else moves
 };
-inline constexpr std::size_t kWatchStatusCount = 4;
+inline constexpr std::size_t kWatchStatusCount = 5;
 static_assert(enum_has<WatchStatus, kWatchStatusCount>());
 
 struct WatchParams {

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   cairn::ground::add_fix_command(app);
   cairn::ground::add_run_command(app);
   cairn::ground::add_rig_command(app);
+  cairn::ground::add_mask_command(app);
   cairn::ground::add_sim_command(app);
   cairn::ground::add_table_command(app);
   cairn::ground::add_report_command(app);

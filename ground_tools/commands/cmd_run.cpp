@@ -16,6 +16,7 @@
 #include "commands/frame_range.hpp"
 #include "commands/number_list.hpp"
 #include "dataset/dataset.hpp"
+#include "dataset/hardware_mask.hpp"
 #include "dataset/pair_check.hpp"
 #include "ortho/raster_source.hpp"
 #include "ortho/reference_system.hpp"
@@ -44,6 +45,7 @@ struct RunOptions {
   std::string start_sigma;
   bool lost = false;
   std::string degrade;
+  fs::path mask;
   bool no_map = false;
   bool salvage = false;
   bool paper = false;
@@ -98,6 +100,15 @@ StepTrim parse_degrade(const std::string& text) {
     }
   }
   return trim;
+}
+
+/// In place of the mission's.
+void wear_mask(const fs::path& picture, const StereoRig& rig, LocalizerParams& params) {
+  const HardwareMask mask = read_hardware_mask(picture);
+  if (mask.width_px != rig.width_px || mask.height_px != rig.height_px)
+    throw ToolError("{}: has {} x {} pixels, the drive's images {} x {}; draw it on one of these",
+                    picture.string(), mask.width_px, mask.height_px, rig.width_px, rig.height_px);
+  params.vo.own = params.boulders.own = mask.own;
 }
 
 /// The drive that the options name: a data set, or a scene that is rendered as it is driven over.
@@ -193,6 +204,7 @@ void run(RunOptions options) {
   }
   const DriveSource source = open_drive(options, replay_options);
   const Drive& drive = *source.drive;
+  if (!options.mask.empty()) wear_mask(options.mask, drive.rig(), replay_options.params);
   title.truth_rocks = drive.truth_rocks();
   if (!options.ortho.empty())
     static_cast<void>(read_ortho_piece(options.ortho, Box(), 1));  // told before the work
@@ -256,6 +268,8 @@ void add_run_command(CLI::App& app) {
       "what the start is uncertain by: XY,YAW (metres, degrees; default 0.05,0.57); beyond the mission's limits it is unconfirmed until a fix");
   command->add_flag("--lost", options->lost,
                     "the start is not known: looked for in the whole map, at any heading");
+  command->add_option("--mask", options->mask,
+                      "picture, white where the left camera sees the rover itself (default: the mission's)");
   command->add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");
   command->add_flag("--paper", options->paper, "use the paper's own choices throughout");
   command

@@ -18,7 +18,7 @@ std::string pick(const char* const (&names)[N], std::uint8_t value) {
 }  // namespace
 
 std::string pose_source_name(std::uint8_t value) {
-  static const char* const names[] = {"none", "start", "vo", "held", "extrapolated", "prior"};
+  static const char* const names[] = {"none", "start", "vo", "held", "extrapolated", "prior", "doubted"};
   return pick<kPoseSourceCount>(names, value);
 }
 
@@ -81,7 +81,7 @@ std::string map_fix_status_name(std::uint8_t value) {
 }
 
 std::string watch_status_name(std::uint8_t value) {
-  static const char* const names[] = {"clear", "frozen", "contradicted", "own_hardware"};
+  static const char* const names[] = {"clear", "frozen", "contradicted", "own_hardware", "mostly_still"};
   return pick<kWatchStatusCount>(names, value);
 }
 

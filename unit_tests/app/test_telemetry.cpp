@@ -36,6 +36,7 @@ FrameReport frame_report() {
   r.features_right = 0x3334;
   r.stereo = 0x3536;
   r.matches = 0x3738;
+  r.own_points = 0x3B3C;
   r.inliers = 0x393A;
   r.rms_px = 1.1F;
   r.regions = 0x4142;
@@ -61,7 +62,7 @@ PacketBytes frame_bytes() {
   b.pose(kPose);
   b.f32(0.125F);
   b.f32(-0.3F);
-  for (const unsigned v : {0x3132U, 0x3334U, 0x3536U, 0x3738U, 0x393AU}) b.u16(v);
+  for (const unsigned v : {0x3132U, 0x3334U, 0x3536U, 0x3738U, 0x3B3CU, 0x393AU}) b.u16(v);
   b.f32(1.1F);
   for (const unsigned v : {0x4142U, 0x4344U, 0x4546U, 0x4748U}) b.u16(v);
   b.f32(0.017F);
@@ -166,7 +167,7 @@ HealthReport health_report() {
 
 PacketBytes health_bytes() {
   PacketBytes b(5, kSequence);
-  for (std::uint32_t i = 1; i <= 65; ++i) b.u32(0xA0000000U + i);
+  for (std::uint32_t i = 1; i <= 66; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
   b.u32(0x01020304U);
   b.finish();
@@ -224,11 +225,11 @@ void check_round_trip(const Report& report, const PacketBytes& expected, int exp
 }
 
 void test_every_byte_is_as_the_icd_says(void**) {
-  check_round_trip(frame_report(), frame_bytes(), 1, 194);
+  check_round_trip(frame_report(), frame_bytes(), 1, 196);
   check_round_trip(fix_report(), fix_bytes(), 2, 104);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 277);
+  check_round_trip(health_report(), health_bytes(), 5, 281);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -303,9 +304,9 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FrameReport>(fix_bytes(), 104), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 277), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 281), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
-  assert_status(status_of<UploadReport>(frame_bytes(), 194), PacketStatus::kOtherType);
+  assert_status(status_of<UploadReport>(frame_bytes(), 196), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {
     damaged = ack_bytes();
     damaged.data()[0] = static_cast<std::uint8_t>(type);

@@ -90,6 +90,26 @@ Tally tally(const BoulderParams& params) {
   return t;
 }
 
+/// Nothing of the rover itself is a boulder, and what is seen beside it is as without it.
+void test_own_hardware(void**) {
+  const int from = rig.height_px / 2;
+  BoulderParams params;
+  observer.init(params, rig);
+  assert_status(observe(10), ObserveStatus::kBoulders);
+  std::size_t beside = 0;
+  for (const SurfacePoint& p : observer.surface()) beside += p.v < from ? 1 : 0;
+  params.own.cover({0, from, rig.width_px, rig.height_px});
+  observer.init(params, rig);
+  const ObserveStatus status = observe(10);
+  assert_true(status == ObserveStatus::kBoulders || status == ObserveStatus::kNoBoulders);
+  for (const SurfacePoint& p : observer.surface()) assert_true(p.v < from);
+  assert_int_equal(observer.surface().size(), beside);
+  assert_true(beside > 0);
+  params.own.cover({0, 0, rig.width_px, rig.height_px});
+  observer.init(params, rig);
+  assert_status(observe(10), ObserveStatus::kNoPoints);
+}
+
 void test_boulders_lie_on_rocks(void**) {
   const Tally t = tally({});
   assert_at_least(t.sightings, kSanitized ? 15 : 100);
@@ -337,6 +357,7 @@ int open_sample(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_boulders_lie_on_rocks),
+      cmocka_unit_test(test_own_hardware),
       cmocka_unit_test(test_votes_name_the_same_boulder),
       cmocka_unit_test(test_points_of_the_surface),
       cmocka_unit_test(test_a_sighting_against_its_points),

@@ -612,7 +612,10 @@ void test_commands_that_come_again_change_nothing(void**) {
     assert_true(Standing() == before);
     assert_int_equal(down.uploads.size(), uploads);
   }
-  check_good(3);  // goes on from where it was
+  const app::FrameReport& r = take(3);  // goes on from where it was; the prior says that it stands
+  assert_status(r.vo_status, VoStatus::kMotion);
+  assert_status(r.pose_source, PoseSource::kDoubted);
+  assert_at_most((r.T_map_cam.t - data.truth_cam(3)->t).norm(), 0.02);
   const app::HealthReport& h = health();
   assert_int_equal(count(h, CommandStatus::kRepeated), 5);
   assert_int_equal(count(h, CommandStatus::kStale), 5);
@@ -698,6 +701,7 @@ void check_frame(const app::FrameReport& r) {
   assert_status(r.watch, now.watch());
   assert_status(r.trust, now.trust());
   assert_int_equal(r.matches, now.vo().result().matches);
+  assert_int_equal(r.own_points, now.vo().result().own_points);
   assert_int_equal(r.inliers, now.vo().result().inliers);
   assert_int_equal(r.features_left, now.vo().result().features_left);
   assert_int_equal(r.features_right, now.vo().result().features_right);

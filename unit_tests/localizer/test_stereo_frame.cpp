@@ -62,6 +62,25 @@ StereoStatus run(const ImageU8& left, const ImageU8& right) {
 
 StereoStatus run() { return run(view(left_pixels), view(right_pixels)); }
 
+/// Hardware in view gives no points, and what is left is held against the features of the ground alone.
+void test_own_hardware(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  const int all = job.points();
+  StereoFrameParams params;
+  params.own.cover({0, 0, kWidth, kHeight * 5 / 6});
+  begin(params);
+  assert_status(run(), StereoStatus::kPoints);  // a sixth of the features, nearly all of which are good
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (frame.points[i].valid) assert_at_least(frame.feature(i).iv, kHeight * 5 / 6);
+  }
+  assert_at_least(job.points(), all / 10);
+  assert_at_most(job.points(), all / 3);
+  params.own.cover({0, 0, kWidth, kHeight});
+  begin(params);
+  assert_status(run(), StereoStatus::kFewPoints);
+}
+
 /// Disparity of level ground at a pixel of the left image.
 double true_disparity(double u, double v) {
   const Vec3 n = kRig.T_rover_cam.q.conjugate() * Vec3(0.0, 0.0, -1.0);
@@ -250,6 +269,7 @@ void test_slices_give_the_same_bits(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_points_lie_on_the_ground),
+      cmocka_unit_test(test_own_hardware),
       cmocka_unit_test(test_on_plane_at_its_corner),
       cmocka_unit_test(test_as_detected_is_less_accurate),
       cmocka_unit_test(test_rectification_is_learnt_at_the_end),

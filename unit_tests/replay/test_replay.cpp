@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0xCDEBBA7CU, 0, 0};
-constexpr Golden kWhole = {35, 0x0DA44C4DU, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x0ED5A2EAU, 0, 0};
+constexpr Golden kWhole = {35, 0x78C2CAEDU, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 

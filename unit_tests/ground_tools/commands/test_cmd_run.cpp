@@ -190,6 +190,22 @@ void test_data_sets(void**) {
   check_refused(set() + out() + map_at("good.cmap"), "no truth to start from", "--start");
 }
 
+/// The rover in the drive's own pictures: of their size, and neither nothing nor all.
+void test_masks(void**) {
+  const auto mask = [](int width, int height, int from) {
+    test::write_image(scratch.path("mask.png"), "PNG", GDT_Byte, width, height, 1,
+                      [from](int, int, int y) { return y >= from ? 255 : 0; });
+    return " --mask " + scratch.path("mask.png").string();
+  };
+  const std::string drive = set() + out() + kStart + " --no-map";
+  assert_int_equal(cairn("run" + drive + mask(256, 192, 160)), 0);
+  fs::remove_all(scratch.path("out"));
+  check_refused(drive + mask(256, 96, 32), "256 x 96", "draw");
+  check_refused(drive + mask(256, 192, 192), "black", "leave");
+  check_refused(drive + mask(256, 192, 0), "white", "alone");
+  check_refused(drive + " --mask nowhere.png", "nowhere.png", "white");
+}
+
 /// A map with a bad tile flies without that tile; who looks at such a flight on the ground says so.
 void test_a_damaged_map(void**) {
   std::vector<TableBoulder> boulders(40);
@@ -336,6 +352,7 @@ int main() {
       cmocka_unit_test(test_truth_of_another_drive_is_told),
       cmocka_unit_test(test_calibration_option),
       cmocka_unit_test(test_data_sets),
+      cmocka_unit_test(test_masks),
       cmocka_unit_test(test_a_damaged_map),
       cmocka_unit_test(test_which_map),
       cmocka_unit_test(test_maps),
