@@ -159,6 +159,12 @@ bench-fix: ## point-set trials of the fix: per cent right, declined, false (N=tr
 	$(call ready,test,-s $(B)/bench_fix)
 	@$(B)/bench_fix --trials $(N) $(SUITES)
 
+# Drives with spoilt pairs against truth; the folder has truth and true rocks.
+bench-faults: DATASET := $(if $(wildcard ../shared/data/rendered_dev),../shared/data/rendered_dev,$(SAMPLE))
+bench-faults: ## what pose, sigma and trust say while pairs are spoilt: a row a fault (FAULTS='dark ...')
+	$(call ready,test,-s $(B)/fault_table)
+	@$(B)/fault_table $(DATASET) $(FAULTS)
+
 # Fields as SEED-ELEVATION-AZIMUTH of the sun: to fit to, and to judge by.
 WEIGHTS_FIT  := 201-45-135 202-55-250 203-35-60 204-65-320
 WEIGHTS_HELD := 211-40-100 212-60-200
@@ -374,6 +380,8 @@ $(B)/tests/ground_tools/profile/test_profile_model: $(call obj,$(PROFILER_MODEL)
 $(B)/tests/ground_tools/profile/test_profile_plugin: $(PROFILER)
 $(WITH_PROGRAM): $(CAIRN)
 $(B)/shadow_weights: $(B)/unit_tests/ground_tools/detect/shadow_weights.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+	$(link) $(TOOL_LIBS) -lfmt -o $@
+$(B)/fault_table: $(B)/unit_tests/integration/fault_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/codec_table: $(B)/unit_tests/ground_tools/cmap/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
