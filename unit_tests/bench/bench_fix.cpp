@@ -629,8 +629,10 @@ void draw_rates(const std::vector<Rate>& rates, const std::string& path) {
   }
   const auto at = [](double rate) { return 60.0 + 100.0 * (std::log10(std::max(rate, 1e-4)) + 4.0); };
   const auto line = [&](double factor, const char* dash) {
+    const double from = std::max(1e-4, 1e-4 / factor);
+    const double to = std::min(1.0, 1.0 / factor);
     std::fprintf(out, "<line x1='%.1f' y1='%.1f' x2='%.1f' y2='%.1f' stroke='#888' stroke-dasharray='%s'/>\n",
-                 at(1e-4), 520.0 - at(1e-4 * factor), at(1.0), 520.0 - at(factor), dash);
+                 at(from), 520.0 - at(from * factor), at(to), 520.0 - at(to * factor), dash);
   };
   std::fprintf(out,
                "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 640 540' font-family='sans-serif' "
