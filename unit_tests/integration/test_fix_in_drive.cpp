@@ -1,0 +1,408 @@
+// What a fix does to a drive, and what a drive leaves for a fix, as properties of the whole localizer on the
+// sample: nothing outlives a new start, a turned start turns all, a late fix lands where it was taken.
+#include "localizer/localizer.hpp"
+
+#include <cmath>
+
+#include "integration/replay.hpp"
+
+using namespace cairn;
+using namespace cairn::test;
+
+namespace {
+
+Localizer localizer;
+MapFix alone;
+ground::Dataset data;
+FlightMap true_map;
+FlightMap mirrored;
+
+LocalizerParams eager() {
+  LocalizerParams params;
+  params.tracks.min_sightings = 1;
+  return params;
+}
+
+void init(const LocalizerParams& params) {
+  assert_status(localizer.init(params, rig_of(data)), LocalizerStatus::kReady);
+  assert_status(localizer.set_trim({}), LocalizerStatus::kReady);
+  localizer.set_map(true_map.map);
+}
+
+/// A start at a frame's true place, turned about itself and moved.
+void start(std::size_t index, double sigma_m, double sigma_rad, double turn_rad = 0.0,
+           const Vec2& off_m = Vec2(0.0, 0.0)) {
+  Pose3 pose = *data.truth_rover(index);
+  pose.t += Vec3(off_m.x(), off_m.y(), 0.0);
+  pose.q = (lift({0.0, 0.0, turn_rad}).q * pose.q).normalized();
+  assert_status(localizer.set_start(pose, sigma_m, sigma_rad), LocalizerStatus::kReady);
+}
+
+void run(std::size_t first, std::size_t end) {
+  static Pair pair;
+  for (std::size_t i = first; i < end; ++i) {
+    load(data.frames()[i], pair);
+    frame(localizer, pair);
+  }
+}
+
+void take_fix() { static_cast<void>(fix(localizer)); }
+
+Vec2 place() { return planar(localizer.T_map_rover()).translation(); }
+double heading() { return planar(localizer.T_map_rover()).yaw_rad; }
+double error_m(std::size_t index) {
+  return (place() - planar(*data.truth_rover(index)).translation()).norm();
+}
+double yaw_error(std::size_t index) {
+  return wrap_angle(heading() - planar(*data.truth_rover(index)).yaw_rad);
+}
+
+// ---- starts
+
+struct Outcome {
+  Pose3 pose, vo;
+  double sigma_xy_m, sigma_yaw_rad, scale;
+  FixRecord fix;
+  Trust trust;
+  std::size_t boulders;
+  PoseSource source;
+};
+
+/// From a start in the middle of the drive on.
+Outcome from_a_start() {
+  start(12, 0.03, 0.01, 0.005, Vec2(0.02, -0.01));
+  Outcome out;
+  assert_status(localizer.last_fix().status, FixStatus::kNone);
+  run(12, 16);
+  take_fix();
+  run(16, 18);
+  take_fix();
+  out.pose = localizer.T_map_rover();
+  out.vo = localizer.vo_T_map_cam();
+  out.sigma_xy_m = localizer.fusion().sigma_xy_m();
+  out.sigma_yaw_rad = localizer.fusion().sigma_yaw_rad();
+  out.scale = localizer.fusion().scale();
+  out.fix = localizer.last_fix();
+  out.trust = localizer.trust();
+  out.boulders = localizer.local_map().size();
+  out.source = localizer.pose_source();
+  return out;
+}
+
+/// After a new start the drive before it might never have been: fixes, an open one, a hypothesis that is
+/// carried along, doubts, pictures that froze.
+void test_nothing_outlives_a_new_start(void**) {
+  LocalizerParams params = eager();
+  params.add_windows = true;
+  init(params);
+  const Outcome fresh = from_a_start();
+  assert_status(fresh.trust, Trust::kConfirmed);
+  for (int kind = 0; kind < 4; ++kind) {
+    init(params);
+    if (kind == 1) localizer.set_map(mirrored.map);
+    start(0, 0.02, 0.004);
+    run(0, 5);
+    take_fix();
+    if (kind == 1) localizer.set_map(true_map.map);
+    if (kind == 2) {
+      Pair pair;
+      load(data.frames()[60], pair);
+      Pose3 prior;
+      prior.t.z() = -3.0;
+      frame(localizer, pair, &prior);  // guessed, and far off
+      assert_true(localizer.trust() != Trust::kConfirmed);
+      localizer.miss(3, nullptr);
+    }
+    if (kind == 3) {
+      run(5, 7);
+      localizer.begin_fix();
+      WorkBudget tiny(1);
+      assert_status(localizer.step_fix(tiny), Progress::kMore);
+    }
+    const Outcome again = from_a_start();
+    assert_memory_equal(&again.pose, &fresh.pose, sizeof fresh.pose);
+    assert_memory_equal(&again.vo, &fresh.vo, sizeof fresh.vo);
+    assert_true(again.sigma_xy_m == fresh.sigma_xy_m);
+    assert_true(again.sigma_yaw_rad == fresh.sigma_yaw_rad);
+    assert_true(again.scale == fresh.scale);
+    assert_status(again.trust, fresh.trust);
+    assert_status(again.fix.status, fresh.fix.status);
+    assert_true(again.fix.log_ratio == fresh.fix.log_ratio);
+    assert_true(again.fix.chi2 == fresh.fix.chi2);
+    assert_int_equal(again.fix.windows, fresh.fix.windows);
+    assert_int_equal(again.boulders, fresh.boulders);
+    assert_status(again.source, fresh.source);
+  }
+}
+
+/// A start that is turned turns the way and its covariance, and nothing else.
+void test_a_turned_start_turns_all(void**) {
+  LocalizerParams params;
+  params.fusion.noise_xy_m = 0.0;  // what is left is VO's own, and the lever of the heading
+  Mat3 straight = Mat3::Zero();
+  Vec2 way(0.0, 0.0);
+  for (const double turn : {0.0, 1.0, 2.5}) {
+    init(params);
+    start(0, 1.0e-4, 0.2, turn);
+    const Vec2 from = place();
+    run(0, 8);
+    const Mat3 c = localizer.fusion().covariance();
+    if (turn == 0.0) {
+      straight = c;
+      way = place() - from;
+      const Vec2 along = way.normalized();
+      const Vec2 across(-along.y(), along.x());
+      const Mat2 xy = c.topLeftCorner<2, 2>();
+      assert_near(std::sqrt(across.dot(Vec2(xy * across))), 0.2 * way.norm(), 0.05 * way.norm());
+      assert_at_most(std::sqrt(along.dot(Vec2(xy * along))), 0.05 * way.norm());
+      continue;
+    }
+    const Mat3 R = lift({0.0, 0.0, turn}).q.toRotationMatrix();
+    const Mat3 turned = R * straight * R.transpose();
+    for (int i = 0; i < 9; ++i) assert_near(c(i / 3, i % 3), turned(i / 3, i % 3), 1e-6 * straight.norm());
+    assert_at_most((place() - from - Vec2((R * Vec3(way.x(), way.y(), 0.0)).head<2>())).norm(), 1e-6);
+  }
+}
+
+/// One step alone, whose covariance is VO's: it turns with the rover.
+void test_vo_errors_are_in_the_maps_axes(void**) {
+  LocalizerParams params;
+  params.fusion.noise_xy_m = params.fusion.noise_yaw_rad = params.fusion.noise_turn = 0.0;
+  params.fusion.sigma_scale = params.fusion.sigma_turn_rad_per_m = 1.0e-9;
+  Mat3 straight = Mat3::Zero();
+  for (const double turn : {0.0, 0.5 * kPi}) {
+    init(params);
+    start(0, 1.0e-7, 1.0e-7, turn);
+    run(0, 2);
+    const Mat3 c = localizer.fusion().covariance();
+    if (turn == 0.0) {
+      straight = c;
+      assert_true(std::fabs(straight(0, 0) - straight(1, 1)) >
+                  0.2 * straight(0, 0));  // there is a difference
+      continue;
+    }
+    assert_near(c(0, 0) / straight(1, 1), 1.0, 1e-3);
+    assert_near(c(1, 1) / straight(0, 0), 1.0, 1e-3);
+  }
+}
+
+/// What is turned on the way grows the heading's sigma, either way round.
+void test_turns_cost_heading(void**) {
+  LocalizerParams params;
+  params.fusion.noise_turn = 1.0;
+  params.fusion.noise_yaw_rad = 0.0;
+  params.fusion.sigma_turn_rad_per_m = 1.0e-9;
+  init(params);
+  start(0, 0.02, 1.0e-4);
+  run(0, 1);
+  double turned = 0.0;
+  for (std::size_t i = 1; i < 12; ++i) {
+    const double before = heading();
+    run(i, i + 1);
+    turned += std::fabs(wrap_angle(heading() - before));
+  }
+  const double sigma = localizer.fusion().sigma_yaw_rad();
+  assert_at_least(turned, 1e-4);
+  assert_near(sigma * sigma / turned, 1.0, 0.2);
+}
+
+// ---- fixes
+
+/// The heading is wrong from the start; a fix whose result comes twenty frames late puts right what it saw
+/// then, and so the present.
+void test_a_late_fix_lands_at_its_snapshot(void**) {
+  init(eager());
+  start(0, 0.02, 0.06, 0.08);
+  run(0, 20);
+  localizer.begin_fix();
+  WorkBudget all = WorkBudget::unlimited();
+  assert_status(localizer.step_fix(all), Progress::kDone);
+  run(20, 45);
+  assert_at_least(error_m(44), 0.08);
+  const Pose2 before = planar(localizer.T_map_rover());
+  localizer.apply_fix();
+  const FixRecord& f = localizer.last_fix();
+  assert_status(f.status, FixStatus::kApplied);
+  assert_int_equal(f.frame, 20);
+  assert_at_most(error_m(44), 0.04);
+  assert_at_most(std::fabs(yaw_error(44)), 0.01);
+  assert_near(f.correction.x_m, place().x() - before.x_m, 1e-12);
+  assert_near(f.correction.y_m, place().y() - before.y_m, 1e-12);
+}
+
+/// A fix that tells of a VO which measures too long, in time and 25 frames late: the way driven since is put
+/// right as well, and the pose comes out the same.
+void test_late_or_in_time_is_the_same(void**) {
+  Vec2 in_time(0.0, 0.0);
+  double sigma_m = 0.0;
+  for (const bool late : {false, true}) {
+    init(eager());
+    assert_status(localizer.set_trim({1.06, 0.0}), LocalizerStatus::kReady);
+    start(0, 0.01, 0.004);
+    run(0, 20);
+    localizer.begin_fix();
+    WorkBudget all = WorkBudget::unlimited();
+    assert_status(localizer.step_fix(all), Progress::kDone);
+    if (!late) localizer.apply_fix();
+    const Vec2 then = place();
+    run(20, 45);
+    if (late) localizer.apply_fix();
+    assert_status(localizer.last_fix().status, FixStatus::kApplied);
+    const double way_m = (place() - then).norm();
+    assert_at_least(-localizer.fusion().scale() * way_m, 0.008);  // what would be missed
+    if (late) {
+      assert_at_most((place() - in_time).norm(), 0.003);
+      assert_near(localizer.fusion().sigma_xy_m(), sigma_m, 0.05 * sigma_m);
+    }
+    in_time = place();
+    sigma_m = localizer.fusion().sigma_xy_m();
+  }
+}
+
+/// The localizer asks for the fix of its own pose, covariance, pivot and odds: what MapFix says of them, its
+/// record says.
+void test_the_fix_is_that_of_the_pose(void**) {
+  const LocalizerParams params = eager();
+  init(params);
+  start(0, 0.1, 0.03, 0.02, Vec2(0.06, 0.05));
+  run(0, 10);
+  for (const bool confirmed : {false, true}) {
+    const Pose2 T_map_site = localizer.T_map_site();
+    const Vec2 pivot = T_map_site.inverse() * place();
+    const Mat3 prior = localizer.fusion().covariance();
+    assert_status(fix(localizer), FixStatus::kApplied);
+    MapFixParams of_pose = params.map_fix;
+    of_pose.search.verdict.prior_log_odds = confirmed ? params.track_log_odds : 0.0;
+    assert_status(alone.start_tracked(of_pose, true_map.map, localizer.local_map(), T_map_site, pivot, prior),
+                  MapFixStatus::kRunning);
+    WorkBudget all = WorkBudget::unlimited();
+    assert_status(alone.step(all), Progress::kDone);
+    const FixRecord& f = localizer.last_fix();
+    const MapFixResult& r = alone.result();
+    assert_near(f.log_ratio, r.verdict.log_ratio, 1e-6);
+    assert_near(f.second_log_ratio, r.verdict.second_log_ratio, 1e-6);
+    assert_int_equal(f.hypotheses, r.hypotheses);
+    assert_int_equal(f.map_boulders, r.map_boulders);
+    assert_int_equal(f.pairs + f.gated, r.sightings);
+    run(confirmed ? 13 : 10, confirmed ? 16 : 13);
+  }
+}
+
+/// A second fix of the same boulders says hardly anything new.
+void test_the_same_boulders_are_not_believed_twice(void**) {
+  init(eager());
+  start(0, 0.1, 0.03);
+  run(0, 10);
+  assert_status(fix(localizer), FixStatus::kApplied);
+  const double once_xy = localizer.fusion().sigma_xy_m();
+  const double once_yaw = localizer.fusion().sigma_yaw_rad();
+  for (int n = 0; n < 3; ++n) assert_status(fix(localizer), FixStatus::kApplied);
+  assert_at_least(localizer.fusion().sigma_xy_m(), 0.93 * once_xy);
+  assert_at_least(localizer.fusion().sigma_yaw_rad(), 0.93 * once_yaw);
+}
+
+/// Odds are a confirmed track's: what only they make up for is declined of a start, and taken after a fix.
+void test_odds_are_those_of_a_confirmed_track(void**) {
+  LocalizerParams params = eager();
+  init(params);
+  start(0, 0.1, 0.03);
+  run(0, 6);
+  assert_status(fix(localizer), FixStatus::kApplied);
+  VerdictParams& verdict = params.map_fix.search.verdict;
+  verdict.ln_threshold = localizer.last_fix().log_ratio + verdict.calibration + 0.5 * params.track_log_odds;
+  params.map_fix.search.scale_sigma = 0.0;
+  init(params);
+  start(0, 0.1, 0.03);
+  run(0, 6);
+  assert_status(fix(localizer), FixStatus::kTooLittleEvidence);
+  run(6, 7);
+  params.map_fix.search.verdict.ln_threshold -= params.track_log_odds;
+  init(params);
+  start(0, 0.1, 0.03);
+  run(0, 6);
+  assert_status(fix(localizer), FixStatus::kApplied);
+}
+
+/// A VO that measures too long: fixes tell, and from then on the steps are as long as they were.
+void test_rates_act_on_the_pose(void**) {
+  init(eager());
+  assert_status(localizer.set_trim({1.03, 0.0}), LocalizerStatus::kReady);
+  start(0, 0.02, 0.004);
+  run(0, 30);
+  take_fix();
+  run(30, 60);
+  take_fix();
+  const double scale = localizer.fusion().scale();
+  assert_at_most(scale, -0.005);
+  const Vec2 from = place();
+  const Vec3 vo_from = (localizer.vo_T_map_cam() * rig_of(data).T_rover_cam.inverse()).t;
+  run(60, 75);
+  const Vec3 vo_way = (localizer.vo_T_map_cam() * rig_of(data).T_rover_cam.inverse()).t - vo_from;
+  const double ratio = (place() - from).norm() / std::hypot(vo_way.x(), vo_way.y());
+  assert_near(ratio, 1.0 + scale, 0.003);
+}
+
+/// A map that comes while a fix runs: the fix is given up, counted and moves nothing.
+void test_a_new_map_ends_an_open_fix(void**) {
+  init(eager());
+  start(0, 0.1, 0.03, 0.0, Vec2(0.05, 0.0));
+  run(0, 6);
+  localizer.begin_fix();
+  WorkBudget all = WorkBudget::unlimited();
+  assert_status(localizer.step_fix(all), Progress::kDone);
+  const Pose3 before = localizer.T_map_rover();
+  localizer.set_map(true_map.map);
+  assert_status(localizer.last_fix().status, FixStatus::kLate);
+  localizer.apply_fix();
+  assert_near((localizer.T_map_rover().t - before.t).norm(), 0.0, 0.0);
+  assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], 1);
+  assert_status(fix(localizer), FixStatus::kApplied);
+}
+
+/// Boulders from before a step that may be far off are in no local map with those from after it.
+void test_a_doubted_step_tears_the_local_map(void**) {
+  LocalizerParams params;
+  params.tracks.min_sightings = 2;
+  for (const bool doubted : {false, true}) {
+    init(params);
+    start(0, 0.02, 0.004);
+    run(0, 6);
+    Pair pair;
+    load(data.frames()[6], pair);
+    Pose3 prior = data.truth_cam(5)->inverse() * *data.truth_cam(6);
+    if (doubted) prior.t *= -3.0;
+    frame(localizer, pair, &prior);
+    assert_status(localizer.watch(), doubted ? WatchStatus::kContradicted : WatchStatus::kClear);
+    localizer.begin_fix();
+    assert_int_equal(localizer.local_map().empty(), doubted);  // none of them was seen twice since
+    localizer.apply_fix();
+  }
+}
+
+int open_sample(void**) {
+  data = ground::Dataset::open(kSample);
+  std::vector<ground::TableBoulder> rocks = true_rocks(kSample);
+  if (true_map.make(rocks) != MapStatus::kUsable) return 1;
+  for (ground::TableBoulder& b : rocks) b.p_map_m.y() = 2.0 * data.truth_rover(0)->t.y() - b.p_map_m.y();
+  return mirrored.make(rocks) == MapStatus::kUsable ? 0 : 1;
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_nothing_outlives_a_new_start),
+      cmocka_unit_test(test_a_turned_start_turns_all),
+      cmocka_unit_test(test_vo_errors_are_in_the_maps_axes),
+      cmocka_unit_test(test_turns_cost_heading),
+      cmocka_unit_test(test_a_late_fix_lands_at_its_snapshot),
+      cmocka_unit_test(test_late_or_in_time_is_the_same),
+      cmocka_unit_test(test_the_fix_is_that_of_the_pose),
+      cmocka_unit_test(test_the_same_boulders_are_not_believed_twice),
+      cmocka_unit_test(test_odds_are_those_of_a_confirmed_track),
+      cmocka_unit_test(test_rates_act_on_the_pose),
+      cmocka_unit_test(test_a_new_map_ends_an_open_fix),
+      cmocka_unit_test(test_a_doubted_step_tears_the_local_map),
+  };
+  return cmocka_run_group_tests_name("integration/fix_in_drive", tests, open_sample, nullptr);
+}
