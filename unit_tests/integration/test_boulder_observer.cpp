@@ -225,9 +225,14 @@ void check_sighting(std::size_t index, const Vec3& camera, const BoulderParams& 
 }
 
 void test_a_sighting_against_its_points(void**) {
-  const BoulderParams params;
-  observer.init(params, rig);
-  for (const double yaw_rad : {0.7, 2.3}) {
+  const BoulderParams usual;
+  BoulderParams crumbs;  // clusters of single points, so that some hold none of a region
+  crumbs.clustering.cut_m = 0.01;
+  crumbs.min_points = 1;
+  for (const bool apart : {false, true}) {
+    const BoulderParams& params = apart ? crumbs : usual;
+    const double yaw_rad = apart ? 2.3 : 0.7;
+    observer.init(params, rig);
     for (const std::size_t frame : {20U, 30U}) {
       assert_status(observe_turned(frame, yaw_rad), ObserveStatus::kBoulders);
       assert_int_equal(observer.counts().dropped_points, 0);
