@@ -161,7 +161,7 @@ ObserveStatus observe_turned(std::size_t frame, double yaw_rad) {
 void test_points_of_the_surface(void**) {
   BoulderParams params;
   params.max_range_m = 2.5;
-  params.own.boxes[0] = {0, rig.height_px * 3 / 4, rig.width_px / 2, rig.height_px};
+  params.own.cover({0, rig.height_px * 3 / 4, rig.width_px / 2, rig.height_px});
   observer.init(params, rig);
   for (const double yaw_rad : {0.7, 2.3}) {
     assert_status(observe_turned(20, yaw_rad), ObserveStatus::kBoulders);
@@ -173,7 +173,7 @@ void test_points_of_the_surface(void**) {
       const StereoPixel px = project(rig, p_cam);
       assert_near(px.u_left, s.u - 0.5, 1e-6);
       assert_near(px.v_left, s.v - 0.5, 1e-6);
-      assert_false(params.own.covers(px.u_left, px.v_left));
+      assert_false(params.own.covers(s.u - 0.5, s.v - 0.5));
       const Vec3 ray = s.p_site_m - T_site_cam.t;
       assert_at_most(std::hypot(ray.x(), ray.y()), params.max_range_m);
       const double per_px = p_cam.z() / (rig.fx_px * rig.baseline_m);
