@@ -27,6 +27,7 @@ struct SimOptions {
   fs::path output;
   std::string frames;
   std::vector<double> ortho_m;
+  int ortho_samples = sim::kOrthoSamples;
   bool no_frames = false;
 };
 
@@ -56,7 +57,8 @@ void simulate(const SimOptions& options) {
              scene.site.height_m, world.rocks().size(), frames, world.path().back().arc_m);
   if (!products.empty()) {
     ProgressLine progress("sim orthoimage");
-    sim::write_orthoimages(world, products, [&](double share) { progress.show(share); });
+    sim::write_orthoimages(
+        world, products, [&](double share) { progress.show(share); }, options.ortho_samples);
   }
   if (!options.no_frames) {
     ProgressLine progress("sim frames");
@@ -79,6 +81,11 @@ void add_sim_command(CLI::App& app) {
   command->add_option("-o,--output", options->output, "folder for the data set")->required();
   command->add_option("--ortho", options->ortho_m, "pixel sizes of the orthoimages, m, e.g. 0.005,0.02")
       ->delimiter(',');
+  command
+      ->add_option("--ortho-samples", options->ortho_samples,
+                   "most samples across the smallest orthoimage's pixel: 4 is quick, with rougher edges")
+      ->check(CLI::Range(2, sim::kOrthoSamples))
+      ->capture_default_str();
   command->add_option("--frames", options->frames, "frames to render, FIRST:END, counted from 0");
   command->add_flag("--no-frames", options->no_frames, "no stereo pairs");
   command->callback([options] { simulate(*options); });

@@ -20,9 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kFinest_m = 0.005;
-constexpr double kMostSamplesAcross = 16.0;  ///< of the smallest pixel: more would show in no grey level
-constexpr double kBlur_px = 0.5;
-constexpr float kNoise_dn = 1.0F;
 constexpr const char* kReferenceSystem = "+proj=eqc +R=3396190 +units=m +no_defs +type=crs";
 
 /// A GeoTIFF that is whole or absent.
@@ -96,6 +93,8 @@ class Product {
           std::uint64_t number)
       : ratio_(product.pixel_m / finest_m),
         white_(static_cast<float>(world.scene().camera.white_radiance)),
+        gamma_(static_cast<float>(world.scene().ortho_camera.gamma)),
+        noise_dn_(static_cast<float>(world.scene().ortho_camera.noise_dn)),
         noise_(world.scene().seed),
         number_(number),
         width_(count(world.scene().site.width_m, product.pixel_m)),
@@ -103,10 +102,11 @@ class Product {
         file_(gdal, product.path, width_, height_, GDT_Byte, world.scene().site.origin_x_m,
               world.scene().site.origin_y_m + world.scene().site.height_m, product.pixel_m),
         sum_(static_cast<std::size_t>(width_), 0.0F) {
+    const double blur_px = world.scene().ortho_camera.blur_px;
     double total = 0.0;
     for (int i = -kReach; i <= kReach; ++i) {
       kernel_[static_cast<std::size_t>(i + kReach)] =
-          static_cast<float>(std::exp(-0.5 * i * i / (kBlur_px * kBlur_px)));
+          static_cast<float>(std::exp(-0.5 * i * i / (blur_px * blur_px)));
       total += static_cast<double>(kernel_[static_cast<std::size_t>(i + kReach)]);
     }
     for (float& k : kernel_) k /= static_cast<float>(total);
@@ -190,8 +190,9 @@ class Product {
       const auto part = [&](unsigned shift) {
         return static_cast<float>((bits >> shift) & 0xFFFFU) / 65535.0F - 0.5F;
       };
-      const float noise = kNoise_dn * 1.7320508F * (part(0) + part(16) + part(32) + part(48));
-      const float dn = 255.0F * std::sqrt(std::max(0.0F, radiance) / white_) + noise;
+      const float noise = noise_dn_ * 1.7320508F * (part(0) + part(16) + part(32) + part(48));
+      const float share = std::max(0.0F, radiance) / white_;
+      const float dn = 255.0F * (gamma_ == 0.5F ? std::sqrt(share) : std::pow(share, gamma_)) + noise;
       out[u] = static_cast<std::uint8_t>(std::clamp(dn + 0.5F, 0.0F, 255.0F));
     }
     ready_.push_back(std::move(out));
@@ -201,6 +202,8 @@ class Product {
   static constexpr int kRing = 2 * kReach + 1;
   double ratio_;
   float white_;
+  float gamma_;
+  float noise_dn_;
   std::uint64_t noise_;
   std::uint64_t number_;
   int width_;
@@ -230,13 +233,14 @@ void check(const Site& site, const std::vector<OrthoProduct>& products) {
 }
 
 void write_orthoimages(const World& world, const std::vector<OrthoProduct>& products,
-                       const std::function<void(double)>& done) {
+                       const std::function<void(double)>& done, int most_samples) {
   const Site& site = world.scene().site;
   check(site, products);
   if (products.empty()) return;
   double smallest = products[0].pixel_m;
   for (const OrthoProduct& p : products) smallest = std::min(smallest, p.pixel_m);
-  const double finest_m = smallest / std::min(std::ceil(smallest / kFinest_m - 1e-9), kMostSamplesAcross);
+  const double finest_m =
+      smallest / std::min(std::ceil(smallest / kFinest_m - 1e-9), static_cast<double>(most_samples));
   QuietGdal gdal;
   std::vector<std::unique_ptr<Product>> writers;
   for (std::size_t i = 0; i < products.size(); ++i)

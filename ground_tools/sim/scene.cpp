@@ -105,6 +105,21 @@ void visit_sun(V& v, const char* section, Sun& s) {
 }
 
 template <typename V>
+void visit_light(V& v, Lighting& l) {
+  v.section("light");
+  v.number("sky", l.sky, 0.0, 1.0);
+  v.number("backscatter", l.backscatter, 0.0, 1.0);
+}
+
+template <typename V>
+void visit_ortho_camera(V& v, OrthoCamera& c) {
+  v.section("ortho_camera");
+  v.number("gamma", c.gamma, 0.2, 2.0);
+  v.number("noise_dn", c.noise_dn, 0.0, 20.0);
+  v.number("blur_px", c.blur_px, 0.1, 1.0);
+}
+
+template <typename V>
 void visit_camera(V& v, Camera& c) {
   v.section("camera");
   v.number("white_radiance", c.white_radiance, 0.01, 10.0);
@@ -440,7 +455,9 @@ TomlKeys all_keys() {
   visit_rocks(keys, scene.rocks);
   visit_sun(keys, "sun", scene.sun);
   visit_sun(keys, "ortho_sun", scene.ortho_sun);
+  visit_light(keys, scene.light);
   visit_camera(keys, scene.camera);
+  visit_ortho_camera(keys, scene.ortho_camera);
   visit_rig_numbers(keys, scene.rig);
   for (const char* key : {"name", "hfov_deg"}) keys.add(key);
   visit_traverse(keys, scene.traverse);
@@ -493,7 +510,9 @@ Scene load_scene(const std::filesystem::path& path, const std::vector<std::strin
   visit_sun(reader, "sun", scene.sun);
   scene.ortho_sun = scene.sun;
   visit_sun(reader, "ortho_sun", scene.ortho_sun);
+  visit_light(reader, scene.light);
   visit_camera(reader, scene.camera);
+  visit_ortho_camera(reader, scene.ortho_camera);
   read_rig(reader, scene.rig);
   read_traverse(reader, scene);
   return scene;
@@ -508,7 +527,9 @@ std::string to_toml(const Scene& scene) {
   visit_rocks(writer, s.rocks);
   visit_sun(writer, "sun", s.sun);
   visit_sun(writer, "ortho_sun", s.ortho_sun);
+  visit_light(writer, s.light);
   visit_camera(writer, s.camera);
+  visit_ortho_camera(writer, s.ortho_camera);
   visit_rig_numbers(writer, s.rig);
   writer.text("name", s.rig.name);
   visit_traverse(writer, s.traverse);

@@ -2,8 +2,9 @@
 /// follows from a Scene alone. Defaults are the paper's set-up (METHOD section IV).
 ///
 /// A scene is read from TOML; doc/guide/simulator.md tells each key, unit and range. Keys are
-/// named as the members here, in the sections [site], [craters], [rocks], [sun], [ortho_sun], [camera],
-/// [rig], [traverse]; `seed` stands before the first. Frames: map (x east, y north, z up; doc/FRAMES.md).
+/// named as the members here, in the sections [site], [craters], [rocks], [sun], [ortho_sun], [light],
+/// [camera], [ortho_camera], [rig], [traverse]; `seed` stands before the first. Frames: map (x east,
+/// y north, z up; doc/FRAMES.md).
 #pragma once
 
 #include <cstdint>
@@ -71,6 +72,12 @@ struct Sun {
   double azimuth_deg = 135.0;  ///< direction to the sun, clockwise from north
 };
 
+/// How light falls and comes back.
+struct Lighting {
+  double sky = 0.095;        ///< irradiance from the whole sky, where the sun's, square on, is 0.8; 0: no air
+  double backscatter = 0.0;  ///< share of Lommel and Seeliger's law (the moon's dust) in place of Lambert's
+};
+
 /// What the sensor makes of radiance (sensor.hpp). DN = 255 sqrt(radiance / white_radiance) + noise.
 struct Camera {
   double white_radiance = 0.47;            ///< that becomes 255
@@ -80,6 +87,13 @@ struct Camera {
   double exposure_step_probability = 0.0;  ///< per frame
   double exposure_step_size = 0.1;         ///< largest change of radiance against nominal, as a share
   int dust_spots = 0;                      ///< on each camera
+};
+
+/// The orbiter's: DN = 255 (radiance / Camera::white_radiance)^gamma + noise.
+struct OrthoCamera {
+  double gamma = 0.5;     ///< 1: linear
+  double noise_dn = 1.0;  ///< standard deviation
+  double blur_px = 0.5;   ///< standard deviation of the optics' Gaussian, pixels of each product
 };
 
 /// Where the cameras sit and what they see. Both look along the rover's x axis, level in roll.
@@ -134,7 +148,9 @@ struct Scene {
   Rocks rocks;
   Sun sun;        ///< of the ground images
   Sun ortho_sun;  ///< of the orthoimage; as `sun` where the scene says nothing
+  Lighting light;
   Camera camera;
+  OrthoCamera ortho_camera;
   Rig rig;
   Traverse traverse;
 };

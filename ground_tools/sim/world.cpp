@@ -16,7 +16,6 @@ namespace {
 // Light, in the unit in which Camera::white_radiance stands. Chosen so that soil of albedo 0.25 under a sun
 // 45 degrees high comes to 0.16, and its shadows to a seventh of that.
 constexpr float kSun = 0.80F;
-constexpr float kSky = 0.095F;
 constexpr float kSunDiscRad = 0.00305F;  ///< radius on Mars
 constexpr float kRockTexture_m = 0.6F;   ///< rocks are grained finer than soil
 constexpr float kRockContrast = 0.9F;
@@ -34,9 +33,11 @@ struct Light {
   Vec3f to_sun;
   Vec3f disc[kSamples];  ///< towards the places on it
   float ground_irradiance;
+  float sky;
+  float backscatter;
 };
 
-Light light_of(const Sun& sun) {
+Light light_of(const Sun& sun, const Lighting& lighting) {
   Light light;
   const Vec3 s = sun_direction(sun);
   const Vec3 aside =
@@ -48,7 +49,9 @@ Light light_of(const Sun& sun) {
                              (static_cast<double>(kDiscA[i]) * aside + static_cast<double>(kDiscB[i]) * up))
                         .normalized()
                         .cast<float>();
-  light.ground_irradiance = kSun * std::max(0.0F, light.to_sun.z()) + kSky;
+  light.sky = static_cast<float>(lighting.sky);
+  light.backscatter = static_cast<float>(lighting.backscatter);
+  light.ground_irradiance = kSun * std::max(0.0F, light.to_sun.z()) + light.sky;
   return light;
 }
 
@@ -341,6 +344,14 @@ World::Body::Surface World::Body::rock_at(std::size_t index, unsigned triangle, 
   return s;
 }
 
+/// Of light that comes in at cosine `in` from the normal, what goes back along the ray.
+float scattered(float in, const Vec3f& n, const RTCRayHit8& packet, int k, float backscatter) {
+  if (backscatter <= 0.0F) return in;
+  const Vec3f from(-packet.ray.dir_x[k], -packet.ray.dir_y[k], -packet.ray.dir_z[k]);
+  const float out = std::max(0.0F, n.dot(from) / from.norm());
+  return (1.0F - backscatter) * in + backscatter * in / std::max(0.05F, in + out);
+}
+
 void World::Body::trace(RTCRayHit8& packet, const int* valid, const Light& light, const float* footprint,
                         float* radiance) const {
   RTCIntersectContext context;
@@ -384,9 +395,10 @@ void World::Body::trace(RTCRayHit8& packet, const int* valid, const Light& light
     if (valid[k] == 0 || packet.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) continue;
     const Surface& s = surface[k];
     const float facing_up = 0.5F + 0.5F * s.n.z();
-    float irradiance = kSky * s.open * facing_up + ground_albedo * light.ground_irradiance *
-                                                       ((1.0F - facing_up) + 0.5F * (1.0F - s.open));
-    if (lit[k] != 0 && shadow.tfar[k] >= 0.0F) irradiance += kSun * s.n.dot(light.disc[k % kSamples]);
+    float irradiance = light.sky * s.open * facing_up + ground_albedo * light.ground_irradiance *
+                                                            ((1.0F - facing_up) + 0.5F * (1.0F - s.open));
+    if (lit[k] != 0 && shadow.tfar[k] >= 0.0F)
+      irradiance += kSun * scattered(s.n.dot(light.disc[k % kSamples]), s.n, packet, k, light.backscatter);
     radiance[k] = s.albedo * irradiance;
   }
 }
@@ -442,7 +454,7 @@ void store(const float* radiance, int u, int width, float* row) {
 }  // namespace
 
 void World::render(const View& view, const Sun& sun, FloatImage& out, FloatImage* depth) const {
-  const Light light = light_of(sun);
+  const Light light = light_of(sun, scene_.light);
   const auto pixels = static_cast<std::size_t>(view.width_px) * static_cast<std::size_t>(view.height_px);
   out = {view.width_px, view.height_px, std::vector<float>(pixels)};
   if (depth != nullptr) *depth = out;
@@ -493,7 +505,7 @@ void World::render(const View& view, const Sun& sun, FloatImage& out, FloatImage
 }
 
 void World::render(const OrthoPart& part, const Sun& sun, FloatImage& out) const {
-  const Light light = light_of(sun);
+  const Light light = light_of(sun, scene_.light);
   const auto pixels = static_cast<std::size_t>(part.width_px) * static_cast<std::size_t>(part.height_px);
   out = {part.width_px, part.height_px, std::vector<float>(pixels)};
   constexpr float kAbove_m = 100.0F;

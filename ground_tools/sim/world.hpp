@@ -4,7 +4,8 @@
 ///   radiance = albedo (sun cos(theta) lit + sky open + bounce)
 /// with the sun a disc of 0.35 degrees (four places of it, one a sample), shadows cast by terrain, rocks and
 /// pebbles; the sky uniform, seen through what rocks around a place leave open; and the ground's own light on
-/// what faces it. Surfaces scatter evenly (Lambert). Units are such that Camera::white_radiance fits.
+/// what faces it. Surfaces scatter evenly (Lambert), or as Lighting::backscatter has it. Units are such that
+/// Camera::white_radiance fits.
 ///
 /// Each pixel has four samples at fixed places within it, hence edges are smooth; finer texture is averaged
 /// over the sample's footprint. The same pixel comes out for any thread count.

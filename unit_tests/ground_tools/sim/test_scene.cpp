@@ -63,6 +63,7 @@ void test_every_key_is_read(void**) {
       "burial = 0.1\nalbedo = 0.3\nalbedo_spread = 0.1\nclear_path = false\nclear_height_m = 0.2\n"
       "clear_distance_m = 0.6\n"
       "[sun]\nelevation_deg = 30\nazimuth_deg = 200\n[ortho_sun]\nelevation_deg = 60\n"
+      "[light]\nsky = 0.01\nbackscatter = 0.7\n[ortho_camera]\ngamma = 1\nnoise_dn = 2\nblur_px = 0.6\n"
       "[camera]\nwhite_radiance = 0.5\nnoise_dn = 1\nblur_px = 0.6\nvignetting = 0.1\n"
       "exposure_step_probability = 0.02\nexposure_step_size = 0.2\ndust_spots = 7\n"
       "[rig]\nname = 'custom'\nwidth_px = 640\nheight_px = 480\nfx_px = 500\nfy_px = 501\ncx_px = 320\ncy_px "
@@ -88,6 +89,9 @@ void test_every_key_is_read(void**) {
               r.clear_distance_m == 0.6);
   assert_true(s.sun.elevation_deg == 30.0 && s.sun.azimuth_deg == 200.0);
   assert_true(s.ortho_sun.elevation_deg == 60.0 && s.ortho_sun.azimuth_deg == 200.0);  // as [sun]
+  assert_true(s.light.sky == 0.01 && s.light.backscatter == 0.7);
+  const OrthoCamera& o = s.ortho_camera;
+  assert_true(o.gamma == 1.0 && o.noise_dn == 2.0 && o.blur_px == 0.6);
   const Camera& c = s.camera;
   assert_true(c.white_radiance == 0.5 && c.noise_dn == 1.0 && c.blur_px == 0.6 && c.vignetting == 0.1);
   assert_true(c.exposure_step_probability == 0.02 && c.exposure_step_size == 0.2 && c.dust_spots == 7);
@@ -340,6 +344,11 @@ void test_refuses_what_is_out_of_range(void**) {
     double low;
     double high;
   } keys[] = {{"rocks.k", 0.0, 0.30},
+              {"light.sky", 0.0, 1.0},
+              {"light.backscatter", 0.0, 1.0},
+              {"ortho_camera.gamma", 0.2, 2.0},
+              {"ortho_camera.noise_dn", 0.0, 20.0},
+              {"ortho_camera.blur_px", 0.1, 1.0},
               {"craters.k", 0.0, 1.0e5},
               {"craters.depth", 0.0, 0.4},
               {"craters.rim", 0.0, 0.1},

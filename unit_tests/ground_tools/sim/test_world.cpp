@@ -249,6 +249,27 @@ void test_shadow_falls_away_from_the_sun(void**) {
   assert_true(level(1.06 * r) > 0.6F * open);
 }
 
+/// Level ground from above: Lambert's cosine, and Lommel and Seeliger's in / (in + out). Its grain is shaded,
+/// hence some per cent.
+void test_ground_scatters_as_told(void**) {
+  Scene scene = level_scene();
+  scene.light.sky = 0.0;
+  const auto mean = [&](double elevation_deg, double backscatter) {
+    scene.light.backscatter = backscatter;
+    const World world(scene);
+    FloatImage image;
+    world.render(OrthoPart{100, 100, 103.0, -45.0, 0.02}, {elevation_deg, 90.0}, image);
+    double sum = 0.0;
+    for (const float pixel : image.pixels) sum += static_cast<double>(pixel) / 1.0e4;
+    return sum;
+  };
+  for (const double elevation_deg : {20.0, 50.0}) {
+    const double in = std::sin(elevation_deg * kRadPerDeg);
+    assert_near(mean(elevation_deg, 1.0) / mean(elevation_deg, 0.0), 1.0 / (1.0 + in), 0.035);
+  }
+  assert_near(mean(20.0, 0.0) / mean(50.0, 0.0), 0.4465, 0.02);  // sin 20 / sin 50
+}
+
 // ---- rocks ------------------------------------------------------------------------------------------------
 
 /// Sizes against Golombek and Rapp: Kolmogorov and Smirnov's test at 1 %, the number against Poisson's, and
@@ -404,6 +425,7 @@ int main() {
       cmocka_unit_test(test_sphere_lies_where_projection_says),
       cmocka_unit_test(test_orthoimage_and_ground_agree),
       cmocka_unit_test(test_shadow_falls_away_from_the_sun),
+      cmocka_unit_test(test_ground_scatters_as_told),
       cmocka_unit_test(test_sizes_follow_the_law),
       cmocka_unit_test(test_shapes_are_of_diameter_one),
       cmocka_unit_test(test_the_path_is_clear),
