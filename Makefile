@@ -173,6 +173,10 @@ shadow-weights: ## fit the shadow method's weights to rendered fields, beside to
 	@unit_tests/ground_tools/detect/shadow_weights.sh $(CAIRN) $(B)/shadow_weights build/shadow-weights \
 	  '$(WEIGHTS_FIT)' '$(WEIGHTS_HELD)'
 
+bench-detect: ## the shadow method on rendered craters and boulders: recall, precision, reliability (10 min, 2 GB)
+	$(call ready,build,$(B)/bench_detect)
+	@$(B)/bench_detect build/shadow-fields
+
 bench-map: ## speed and memory of `cairn map build` on up to 60000 x 60000 pixels, OpenCV beside it (1.2 GB of disk)
 	$(call ready,test,$(CAIRN) $(B)/bench_map)
 	@$(B)/bench_map $(CAIRN) build/bench-map
@@ -379,7 +383,8 @@ PROFILER_MODEL := $(filter-out %/plugin.cpp,$(wildcard ground_tools/profile/plug
 $(B)/tests/ground_tools/profile/test_profile_model: $(call obj,$(PROFILER_MODEL))
 $(B)/tests/ground_tools/profile/test_profile_plugin: $(PROFILER)
 $(WITH_PROGRAM): $(CAIRN)
-$(B)/shadow_weights: $(B)/unit_tests/ground_tools/detect/shadow_weights.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+$(B)/shadow_weights $(B)/bench_detect: $(B)/%: \
+  $(B)/unit_tests/ground_tools/detect/%.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/fault_table: $(B)/unit_tests/integration/fault_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@

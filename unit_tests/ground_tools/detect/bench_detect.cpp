@@ -1,0 +1,176 @@
+// What the shadow detector is worth on rendered fields that nothing was fitted to: `make bench-detect`.
+//
+//   bench_detect FOLDER
+//
+// Renders what is not in FOLDER yet. Prints recall of boulders of 4 px and more, precision (an entry is right
+// where a boulder of 2 px and more lies within 2 px or half its diameter), entries a hectare where there is
+// no boulder, at 0.3 m a pixel; and of how many entries of a confidence boulders were. Ends with 1 where one
+// of these is short of what is asked for (below).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "base/tool_error.hpp"
+#include "detect/shadow_detector.hpp"
+#include "ground_tools/detect/shadow_fields.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+
+namespace {
+
+constexpr double kLeastRecall = 0.85;
+constexpr double kLeastPrecision = 0.8;
+constexpr double kMostEmpty_per_ha = 2.0;
+constexpr double kMostOffDiagonal = 0.1;
+constexpr int kBinCounts = 50;  ///< entries that a bin needs to count
+
+constexpr std::uint64_t kMixedSeed = 7000, kMixedFields = 12;
+constexpr std::uint64_t kEmptySeed = 8000, kEmptyFields = 3;
+
+struct Bin {
+  int entries = 0;
+  double claimed = 0.0;
+  int right = 0;
+};
+
+struct Score {
+  int boulders = 0, found = 0;
+  int entries = 0, right = 0;
+  std::array<Bin, 10> bins;
+
+  void add(const Score& other) {
+    boulders += other.boulders;
+    found += other.found;
+    entries += other.entries;
+    right += other.right;
+    for (std::size_t i = 0; i < bins.size(); ++i) {
+      bins[i].entries += other.bins[i].entries;
+      bins[i].claimed += other.bins[i].claimed;
+      bins[i].right += other.bins[i].right;
+    }
+  }
+  double recall() const { return static_cast<double>(found) / std::max(1, boulders); }
+  double precision() const { return static_cast<double>(right) / std::max(1, entries); }
+};
+
+std::vector<TableBoulder> detected(const test::Raster& raster, const Sun& sun, double min_confidence) {
+  ShadowParams params;
+  params.min_confidence = min_confidence;
+  const PixelRect all{0, 0, raster.width, raster.height};
+  std::vector<TableBoulder> entries;
+  for (const ShadowBoulder& b : detect_boulders_by_shadow({all, raster.grey_view(), raster.valid_view()}, all,
+                                                          shadow_view(sun, raster.geo), params))
+    entries.push_back(table_boulder(b, raster.geo));
+  return entries;
+}
+
+Score score_of(const test::RenderedField& field) {
+  const test::Raster& raster = field.images.front();
+  const double pixel_m = raster.geo.pixel_m();
+  const auto near = [&](const TableBoulder& entry, const TableBoulder& rock) {
+    return (entry.p_map_m - rock.p_map_m).norm() <= std::max(2.0 * pixel_m, 0.5 * rock.diameter_m);
+  };
+  const MapExtent extent = test::extent_of(raster);
+  Score score;
+  const double least = ShadowParams{}.min_confidence;
+  const std::vector<TableBoulder> entries = detected(raster, field.suns.front(), 0.0);
+  for (const TableBoulder& rock : field.rocks) {
+    // The image's rim cuts bodies from their shadows.
+    if (rock.diameter_m < 4.0 * pixel_m || !extent.contains(rock.p_map_m, 2.0 * rock.diameter_m)) continue;
+    ++score.boulders;
+    score.found += std::any_of(entries.begin(), entries.end(),
+                               [&](const TableBoulder& e) { return e.confidence >= least && near(e, rock); });
+  }
+  for (const TableBoulder& e : entries) {
+    const bool right = std::any_of(field.rocks.begin(), field.rocks.end(), [&](const TableBoulder& rock) {
+      return rock.diameter_m >= 2.0 * pixel_m && near(e, rock);
+    });
+    Bin& bin = score.bins[std::min<std::size_t>(9, static_cast<std::size_t>(10.0 * e.confidence))];
+    ++bin.entries;
+    bin.claimed += e.confidence;
+    bin.right += right ? 1 : 0;
+    if (e.confidence < least) continue;
+    ++score.entries;
+    score.right += right ? 1 : 0;
+  }
+  return score;
+}
+
+/// A hectare of craters without a boulder, at 0.3 m.
+test::ShadowField empty_field(std::uint64_t seed) {
+  test::ShadowField field;
+  sim::Scene& scene = field.scene;
+  field.name = fmt::format("empty-{}", seed);
+  sim::Draw draw(seed, sim::Stream::kCraters, 1100);
+  scene.seed = seed;
+  test::shorten_traverse(scene);
+  test::size_site(scene, 100.0);
+  field.pixels_m = {0.3};
+  field.samples = 4;
+  scene.rocks.k = 0.0;
+  scene.ortho_sun = {draw.uniform(15.0, 50.0), draw.uniform(0.0, 360.0)};
+  scene.craters.k = draw.uniform(100.0, 600.0);
+  scene.craters.max_diameter_m = 40.0;
+  scene.site.relief_rms_m = draw.uniform(0.2, 1.0);
+  test::draw_light(draw, scene);
+  return field;
+}
+
+int run(int argc, char** argv) {
+  if (argc != 2) throw ToolError("usage: bench_detect FOLDER");
+  Score all;
+  fmt::print("  seed   sun  craters  rocks k  boulders  recall  entries  precision\n");
+  for (std::uint64_t seed = kMixedSeed; seed < kMixedSeed + kMixedFields; ++seed) {
+    const test::ShadowField field = test::cratered_field(seed);
+    const Score s = score_of(test::render(field, argv[1]));
+    fmt::print("  {}  {:4.0f}  {:7.0f}  {:7.3f}  {:8}   {:.3f}  {:7}  {:.3f}\n", seed,
+               field.scene.ortho_sun.elevation_deg,
+               sim::craters_expected(field.scene.craters, field.scene.site), field.scene.rocks.k, s.boulders,
+               s.recall(), s.entries, s.precision());
+    std::fflush(stdout);
+    all.add(s);
+  }
+  bool good = all.recall() >= kLeastRecall && all.precision() >= kLeastPrecision;
+  fmt::print("together: recall {:.3f} of {}, precision {:.3f} of {}\n", all.recall(), all.boulders,
+             all.precision(), all.entries);
+  fmt::print("\nclaimed  is boulder  entries\n");
+  for (const Bin& b : all.bins) {
+    if (b.entries == 0) continue;
+    const double claimed = b.claimed / b.entries;
+    const double is = static_cast<double>(b.right) / b.entries;
+    const bool off = b.entries >= kBinCounts && std::fabs(is - claimed) > kMostOffDiagonal;
+    fmt::print("  {:.3f}       {:.3f}  {:7}{}\n", claimed, is, b.entries, off ? "  off" : "");
+    good = good && !off;
+  }
+  double hectares = 0.0;
+  std::size_t entries = 0;
+  fmt::print("\nno boulder, 0.3 m a pixel\n");
+  for (std::uint64_t seed = kEmptySeed; seed < kEmptySeed + kEmptyFields; ++seed) {
+    const test::ShadowField field = empty_field(seed);
+    const test::RenderedField rendered = test::render(field, argv[1]);
+    const std::size_t n =
+        detected(rendered.images.front(), rendered.suns.front(), ShadowParams{}.min_confidence).size();
+    fmt::print("  {}  sun {:2.0f}, {:4.0f} craters: {} entries\n", seed, field.scene.ortho_sun.elevation_deg,
+               sim::craters_expected(field.scene.craters, field.scene.site), n);
+    hectares += 1.0;
+    entries += n;
+  }
+  good = good && static_cast<double>(entries) <= kMostEmpty_per_ha * hectares;
+  fmt::print("together: {:.1f} a hectare\n{}\n", static_cast<double>(entries) / hectares,
+             good ? "as asked" : "short of what is asked");
+  return good ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const ToolError& error) {
+    fmt::print(stderr, "bench_detect: {}\n", error.what());
+    return 2;
+  }
+}
