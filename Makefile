@@ -198,6 +198,7 @@ profile: ## model cycles of each job on the emulated processor against its budge
 	@printf 'Running the sample on the emulated processor, a few minutes\n'
 	$(call counted,$(B)/replay.elf,$(B)/profile/run,$(comma)budget=$(TIME_BUDGET)$(FRAME:%=$(comma)frame=%))
 	@build/host/cairn profile $(B)/profile/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(B)/profile \
+	  --console $(B)/profile/run.log \
 	  $(CLOCK_MHZ:%=--clock %)
 
 fuzz: ## fuzz the readers and the whole module with sanitizers (RUNS=10000000 executions); findings are in build/fuzz
@@ -498,8 +499,8 @@ CHECK        = python3 -B -S ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
 OF_TEXT     := floors trace names layout prose icd pages
-SELF_TESTS  := $(addprefix check-self-,$(PROOFS) flags $(if $(BARE),,$(OF_TEXT) integration))
-CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) format cppcheck tidy fuzz))
+SELF_TESTS  := $(addprefix check-self-,$(PROOFS) flags $(if $(BARE),,$(OF_TEXT) integration schedule))
+CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) schedule format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
 # An image is proved with the library where there is one that is not older.
 IMAGE        = $(if $(BARE),$(shell [ $(B)/replay.elf -nt $(FSW_LIB) ] && echo $(B)/replay.elf))
@@ -528,6 +529,14 @@ $(B)/libcairn.map: $(FSW_LIB)
 $(B)/figures.o: ground_tools/checks/figures.cpp
 	@mkdir -p $(@D)
 	$(Q)$(CXX) $(CPU) $(COMMON) -c $< -o $@
+# The same table for all targets, each mission's own.
+SCHEDULES    := $(MISSIONS:%=build/host/schedule/%.tsv)
+build/host/schedule/%.tsv: ground_tools/checks/schedule.cpp mission_cfg/schedule.hpp mission_cfg/mission.hpp \
+                           mission_cfg/mission_cfg.hpp mission_cfg/%/mission_values.hpp
+	@mkdir -p $(@D)
+	$(Q)g++ -std=c++17 $(WARN) -I. -Imission_cfg -Imission_cfg/$* -Ifsw $< -o $(@:.tsv=) && $(@:.tsv=) >$@
+check-schedule: $(SCHEDULES)
+	@$(CHECK)/schedule.py mission_cfg/timing_budget.toml $(SCHEDULES)
 check-format:
 	@clang-format --dry-run -Werror $(CXX_FILES) && echo 'format: all files as clang-format has them'
 # arrayIndexThenCheck takes a tie broken by index for a bound.

@@ -45,9 +45,11 @@ Progress Executive::run(Localizer& localizer, WorkBudget& slice) {
     bool over = !active(row, minor_);
     if (!over) {
       if (slice.left() == 0) return Progress::kMore;
-      WorkBudget share(slice.left() < row_left_ ? slice.left() : row_left_);
+      const std::uint32_t weight = cfg::kTaskWeight[static_cast<int>(row.task)];
+      const std::uint32_t room = slice.left() < weight ? 1U : slice.left() / weight;
+      WorkBudget share(room < row_left_ ? room : row_left_);
       const bool done = step(localizer, row.task, share) == Progress::kDone;
-      slice.charge(share.spent());
+      slice.charge(share.spent() * weight);
       const std::uint32_t spent = saturated(share.spent());
       row_left_ = row_left_ > spent ? row_left_ - spent : 0;
       std::uint32_t& total = work_.ops[static_cast<int>(row.task)];

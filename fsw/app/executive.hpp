@@ -1,5 +1,5 @@
 /// The cyclic executive: walks the schedule table of mission_cfg, a minor frame a stereo pair,
-/// in slices of operations.
+/// in slices of weighted operations (cfg::kTaskWeight).
 ///
 /// What is done when depends only on the table and on what the tasks themselves ask for, not on how the
 /// caller slices: the results are the same to the bit for every slice, as long as no row overruns its budget.

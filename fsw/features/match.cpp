@@ -32,7 +32,7 @@ Progress MatchJob::step(WorkBudget& budget) {
     const auto band =
         empty ? 0U
               : static_cast<std::uint32_t>(target_->first_of_row(w.v1 + 1) - target_->first_of_row(w.v0));
-    if (!budget.take(8U + 30U * band)) return Progress::kMore;
+    if (!budget.take(8U + 100U * band)) return Progress::kMore;
     if (!empty) match_one(next_);
   }
   return Progress::kDone;

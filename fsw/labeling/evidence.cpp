@@ -78,7 +78,7 @@ Progress RegionEvidenceJob::step(WorkBudget& budget) {
       open();
       continue;
     }
-    const std::uint32_t each = phase_ == Phase::kGather ? 4U : 3U;
+    const std::uint32_t each = phase_ == Phase::kGather ? 12U : 9U;
     if (!budget.take(10U + each * static_cast<std::uint32_t>(unit_end() - cursor_))) return Progress::kMore;
     unit();
     if (cursor_ == end_) next_phase();

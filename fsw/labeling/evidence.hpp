@@ -70,7 +70,7 @@ class RegionEvidenceJob {
   /// `points` is borrowed until done and gets its `raised` set.
   RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions,
                              SurfacePoints& points);
-  /// Unit: 512 points of a region's rows, or of its ground in one iteration of the plane; some 2100
+  /// Unit: 512 points of a region's rows, or of its ground in one iteration of the plane; some 6200
   /// operations at most. The same for every slicing.
   Progress step(WorkBudget& budget);
   RegionEvidenceStatus status() const { return status_; }

@@ -31,7 +31,7 @@ RegionMergeStatus RegionMergeJob::start(const RegionMergeParams& params, RegionM
 
 Progress RegionMergeJob::step(WorkBudget& budget) {
   while (status_ == RegionMergeStatus::kRunning) {
-    if (!budget.take(4U * static_cast<std::uint32_t>(by_rows() ? map_->width() : kRun)))
+    if (!budget.take(8U * static_cast<std::uint32_t>(by_rows() ? map_->width() : kRun)))
       return Progress::kMore;
     do_unit();
   }

@@ -14,8 +14,8 @@
 /// there are more pairs than there is room for, as with noise, the next pass scans the image again.
 ///
 /// Every pass but the first `merge_grey` + 2 joins at least one region, so that the work is bounded; some 20
-/// passes are usual. Cost: for each pass about 4 operations a pair of neighbours (in the first one, 4 a
-/// pixel) and 4 a region; at the end 4 a region number and 2 a pixel. Deterministic: no order but that of
+/// passes are usual. Cost: for each pass about 8 operations a pair of neighbours (in the first one, 8 a
+/// pixel) and 8 a region; at the end 8 a region number and 8 a pixel. Deterministic: no order but that of
 /// numbers and rows enters.
 #pragma once
 

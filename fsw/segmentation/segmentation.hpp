@@ -19,9 +19,9 @@
 /// (0, 0)), areas and lengths are full-resolution pixels. Where the divisor is 2, an odd last row or column
 /// is not looked at. Integer arithmetic but for the means and centroids of the result.
 ///
-/// Cost: 7 million operations for 512 x 384 at half resolution, 4 of them in the filter and 2 in the merging;
+/// Cost: 9 million operations for 512 x 384 at half resolution, 4 of them in the filter and 4 in the merging;
 /// the same bits come out however it is sliced. The largest unit of work is eight trajectories of the filter,
-/// 450 operations for each iteration (1 to 2 are usual), or 4 operations a pixel of a row.
+/// 450 operations for each iteration (1 to 2 are usual), or 8 operations a pixel of a row.
 #pragma once
 
 #include <cstdint>

@@ -244,7 +244,7 @@ MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig&
 
 Progress RefineMotionJob::step(WorkBudget& budget) {
   if (status_ != MotionStatus::kRunning) return Progress::kDone;
-  const auto unit = 250U * static_cast<std::uint32_t>(pairs_->size());
+  const auto unit = 500U * static_cast<std::uint32_t>(pairs_->size());
   while (iteration_ < params_.iterations) {
     if (!budget.take(unit)) return Progress::kMore;
     ++iteration_;

@@ -20,6 +20,7 @@ namespace {
 struct ProfileOptions {
   std::filesystem::path input;
   std::filesystem::path budget;
+  std::filesystem::path console;
   std::filesystem::path output;
   std::string target;
   double clock_mhz = 0.0;
@@ -28,7 +29,9 @@ struct ProfileOptions {
 
 void show(const ProfileOptions& options) {
   const Profile profile = read_profile(options.input);
-  const std::vector<JobReport> jobs = report_jobs(profile, read_budgets(options.budget, options.target));
+  const std::vector<FrameOps> ops =
+      options.console.empty() ? std::vector<FrameOps>() : read_frame_ops(options.console);
+  const std::vector<JobReport> jobs = report_jobs(profile, read_budgets(options.budget, options.target), ops);
   const double clock_mhz = options.clock_mhz > 0.0 ? options.clock_mhz : profile.clock_mhz;
   if (!options.output.empty()) {
     make_folder(options.output);
@@ -53,6 +56,8 @@ void add_profile_command(CLI::App& app) {
   command->add_option("profile", options->input, "file that the plugin of `make profile` wrote")->required();
   command->add_option("--budget", options->budget, "budgets of the jobs (TOML)")->required();
   command->add_option("--target", options->target, "target of the budgets: ppc750, leon3 ...")->required();
+  command->add_option("--console", options->console,
+                      "console of the image: operations of each frame, for cycles an operation");
   command->add_option("--clock", options->clock_mhz, "clock, MHz (default: that of the processor's model)")
       ->check(CLI::Range(0.001, 1.0e6));
   command->add_option("--top", options->most, "functions to print")->check(CLI::Range(1, 100000));

@@ -20,12 +20,12 @@ std::string cut(const std::string& text, std::size_t width) {
 }
 
 std::string jobs_text(const std::vector<JobReport>& jobs, double clock_mhz) {
-  std::string out =
-      fmt::format("  {:<16} {:>6} {:>19}  {:>19}  {:>17}  {:>6} {:>8}  {:>8}  {}\n", "", "",
-                  "million instructions", "million cycles", "seconds", "", "share of", "", "longest");
-  out += fmt::format("  {:<16} {:>6} {:>9} {:>10} {:>10} {:>9} {:>9} {:>8} {:>7} {:>8}  {:>8}  {}\n", "job",
-                     "rounds", "mean", "longest", "mean", "longest", "mean", "longest", "budget", "budget",
-                     "headroom", "in frame");
+  std::string out = fmt::format("  {:<16} {:>6} {:>19}  {:>19}  {:>17}  {:>6} {:>8}  {:>8}  {:>8}  {}\n", "",
+                                "", "million instructions", "million cycles", "seconds", "", "share of", "",
+                                "longest", "cycles");
+  out += fmt::format("  {:<16} {:>6} {:>9} {:>10} {:>10} {:>9} {:>9} {:>8} {:>7} {:>8}  {:>8}  {:>8}  {}\n",
+                     "job", "rounds", "mean", "longest", "mean", "longest", "mean", "longest", "budget",
+                     "budget", "headroom", "in frame", "an op");
   for (const JobReport& job : jobs) {
     if (job.rounds.empty()) {
       out += fmt::format("  {:<16} {:>6}   never ran\n", job.budget.name, 0);
@@ -36,11 +36,12 @@ std::string jobs_text(const std::vector<JobReport>& jobs, double clock_mhz) {
     const double seconds = job.longest_s(clock_mhz);
     out += fmt::format(
         "  {:<16} {:>6} {:>9.2f} {:>10.2f} {:>10.2f} {:>9.2f} {:>9.3f} {:>8.3f} {:>7.3f} {:>6.0f} %  "
-        "{:>6.3f} s  {}{}\n",
+        "{:>6.3f} s  {:>8}  {}{}\n",
         job.budget.name, job.rounds.size(), millions(mean.instructions), millions(longest.cost.instructions),
         millions(mean.cycles), millions(longest.cost.cycles), millions(mean.cycles) / clock_mhz, seconds,
         job.budget.budget_s, 100.0 * seconds / job.budget.budget_s, job.budget.budget_s - seconds,
-        longest.frame, job.broken(clock_mhz) ? "   BROKEN" : "");
+        longest.frame, job.cycles_per_op() > 0.0 ? fmt::format("{:.2f}", job.cycles_per_op()) : "",
+        job.broken(clock_mhz) ? "   BROKEN" : "");
   }
   return out;
 }

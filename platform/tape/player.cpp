@@ -24,6 +24,9 @@ void listen(const std::uint8_t* packet, std::size_t size) {
   if (type == app::TelemetryType::kFrame) {
     sum = &heard->poses;
     ++heard->frames;
+    app::FrameReport frame;
+    if (heard->on_frame != nullptr && app::decode(packet, size, frame) == app::PacketStatus::kGood)
+      heard->on_frame(frame);
   } else if (type == app::TelemetryType::kFix) {
     sum = &heard->fixes;
     app::FixReport fix;
@@ -39,7 +42,9 @@ void listen(const std::uint8_t* packet, std::size_t size) {
 }  // namespace
 
 TapeStatus play(int frames, Telemetry& telemetry) {
+  const auto on_frame = telemetry.on_frame;
   telemetry = Telemetry();
+  telemetry.on_frame = on_frame;
   heard = &telemetry;
   StereoRig rig = app::mission_rig();
   const TapeStatus status =

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "app/telemetry.hpp"
 #include "platform/tape/tape_hal.hpp"
 
 namespace cairn::tape {
@@ -16,8 +17,9 @@ struct Telemetry {
   std::uint32_t boulders = 0;
   std::uint32_t rest = 0;  ///< acknowledgements, health
   int frames = 0;
-  int applied = 0;  ///< fixes
-  int bad = 0;      ///< packets that do not decode
+  int applied = 0;                                      ///< fixes
+  int bad = 0;                                          ///< packets that do not decode
+  void (*on_frame)(const app::FrameReport&) = nullptr;  ///< told of each frame; play() leaves it
 };
 
 /// Initialises app::root with the rig of the tape and plays `frames` pairs, or all where there are fewer.

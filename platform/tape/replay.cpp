@@ -5,8 +5,20 @@
 
 #include "platform/tape/player.hpp"
 
+namespace {
+
+/// What `cairn profile` divides a job's cycles by.
+void tell_ops(const cairn::app::FrameReport& frame) {
+  std::printf("ops of frame %lu: vo %lu, boulders %lu, fix %lu\n", static_cast<unsigned long>(frame.number),
+              static_cast<unsigned long>(frame.vo_ops), static_cast<unsigned long>(frame.boulder_ops),
+              static_cast<unsigned long>(frame.fix_ops));
+}
+
+}  // namespace
+
 int main() {
   static cairn::tape::Telemetry t;
+  t.on_frame = tell_ops;
   if (cairn::tape::play(INT_MAX, t) != cairn::tape::TapeStatus::kReady) {
     std::printf("the tape cannot be played\n");
     return 1;

@@ -125,6 +125,28 @@ void test_vo_comes_first(void**) {
   assert_true(vo_ops > 1000000 && executive.work().ops[kBoulders] > 1000000);
 }
 
+// A slice is a time: of a task whose operations take longer it does fewer.
+void test_slices_weigh_operations(void**) {
+  constexpr std::uint32_t kSlice = 300007;
+  constexpr std::uint32_t kUnit = 60000;  // no unit of the boulders is longer
+  start(localizer, LocalizerParams());
+  assert_status(executive.begin_minor(localizer, left(0), right(0), nullptr), LocalizerStatus::kReady);
+  int whole = 0;  // slices that were the boulders' alone
+  for (bool more = true; more;) {
+    const bool vo_was_open = localizer.vo_open();
+    const std::uint32_t before = executive.work().ops[kBoulders];
+    WorkBudget slice(kSlice);
+    more = executive.run(localizer, slice) == Progress::kMore;
+    const std::uint32_t done = executive.work().ops[kBoulders] - before;
+    assert_at_most(done, kSlice / cfg::kTaskWeight[kBoulders] + kUnit);
+    if (vo_was_open || !more) continue;
+    ++whole;
+    assert_at_least(done, kSlice / cfg::kTaskWeight[kBoulders] - kUnit);
+    assert_int_equal(slice.spent(), done * cfg::kTaskWeight[kBoulders]);
+  }
+  assert_at_least(whole, 10);
+}
+
 void test_slices_change_nothing(void**) {
   static MinorWork work[2];
   static Pose3 poses[2];
@@ -163,7 +185,7 @@ void test_vo_overrun_drops_the_next_pair(void**) {
   assert_true(localizer.vo_open());
   assert_status(localizer.vo().status(), VoStatus::kRunning);
   assert_int_equal(executive.work().ops[kBoulders], 0);
-  assert_at_least(executive.work().ops[kVo], cfg::kImageOps);
+  assert_at_least(executive.work().ops[kVo], cfg::kVoOps);
   assert_status(localizer.pose_source(), PoseSource::kStart);
 
   minor_frame(left(0), right(0));  // this pair is dropped; VO finishes the one before, and boulders follow
@@ -203,7 +225,7 @@ void test_boulder_overrun_is_abandoned(void**) {
   assert_int_equal(executive.counts().overruns[kVo], 0);
   assert_false(localizer.vo_open());
   assert_status(localizer.observer().status(), ObserveStatus::kRunning);
-  assert_at_least(executive.work().ops[kBoulders], cfg::kImageOps);
+  assert_at_least(executive.work().ops[kBoulders], cfg::kBoulderOps);
   assert_int_equal(localizer.health().abandoned_boulders, 0);
   blind_minor_frame();
   assert_int_equal(localizer.health().abandoned_boulders, 1);
@@ -316,6 +338,7 @@ int main() {
       cmocka_unit_test(test_walk_of_the_table),
       cmocka_unit_test(test_no_start_no_minor_frame),
       cmocka_unit_test(test_vo_comes_first),
+      cmocka_unit_test(test_slices_weigh_operations),
       cmocka_unit_test(test_slices_change_nothing),
       cmocka_unit_test(test_vo_overrun_drops_the_next_pair),
       cmocka_unit_test(test_boulder_overrun_is_abandoned),

@@ -101,6 +101,32 @@ void test_budget_at_its_bound(void**) {
   assert_true(line.find("registration takes 0.200 s of 0.100 s") != std::string::npos);
 }
 
+std::vector<JobReport> with_ops(const std::string& cycles_per_op) {
+  const std::string table =
+      "[[job]]\nname = \"visual odometry\"\ntask = \"vo\"\nbegins = \"cairn::Localizer::begin_frame\"\n"
+      "calls = [\"cairn::Localizer::begin_frame\", \"cairn::Localizer::step_vo\"]\n"
+      "budget_s = { board = 1.0 }\ncycles_per_op = { board = " +
+      cycles_per_op + " }\n";
+  const std::string console =
+      "boot\nops of frame 0: vo 20000000, boulders 1, fix 0\nops of frame 1: vo 11000000, boulders 1, fix 0\n";
+  return report_jobs(profile, read_budgets(scratch.file("ops.toml", table), "board"),
+                     read_frame_ops(scratch.file("run.log", console)));
+}
+
+void test_cycles_of_an_operation(void**) {
+  static std::vector<JobReport> told;
+  told = with_ops("5.0");  // VO weighs 1: 60e6 cycles of 20e6 operations, 55e6 of 11e6
+  assert_int_equal(told[0].rounds[0].ops, 20000000);
+  assert_near(told[0].cycles_per_op(), 5.0, 1e-12);
+  assert_false(told[0].broken(100.0));
+  told = with_ops("4.9");
+  assert_true(told[0].broken(100.0));
+  static std::string line;
+  line = broken_budgets(told, 100.0);
+  assert_true(line.find("visual odometry takes 5.00 cycles a weighted operation, 4.90 in the table") !=
+              std::string::npos);
+}
+
 void test_job_that_never_ran(void**) {
   static std::vector<JobReport> none;
   none = jobs;
@@ -230,6 +256,7 @@ int main() {
       cmocka_unit_test(test_reads_what_was_written),
       cmocka_unit_test(test_jobs_over_their_slices),
       cmocka_unit_test(test_budget_at_its_bound),
+      cmocka_unit_test(test_cycles_of_an_operation),
       cmocka_unit_test(test_job_that_never_ran),
       cmocka_unit_test(test_tables),
       cmocka_unit_test(test_page_needs_nothing_else),

@@ -1,0 +1,20 @@
+// The mission's schedule as the compiler has it, a line a row, for schedule.py.
+#include <cstdio>
+#include <iterator>
+
+#include "mission_cfg.hpp"
+#include "schedule.hpp"
+
+int main() {
+  constexpr const char* kNames[] = {"vo", "boulders", "fix begin", "fix", "fix apply"};
+  static_assert(std::size(kNames) == cairn::cfg::kTaskCount);
+  std::printf("mission\t%s\nminor frames\t%d\nslice\t%lu\n", cairn::cfg::kMission.name,
+              cairn::cfg::kMinorFrames, static_cast<unsigned long>(cairn::cfg::kSliceOps));
+  for (const cairn::cfg::ScheduleRow& row : cairn::cfg::kSchedule) {
+    const auto task = static_cast<std::size_t>(row.task);
+    std::printf("row\t%s\t%d\t%d\t%lu\t%lu\n", kNames[task], row.first_minor, row.last_minor,
+                static_cast<unsigned long>(row.ops),
+                static_cast<unsigned long>(cairn::cfg::kTaskWeight[task]));
+  }
+  return 0;
+}
