@@ -259,8 +259,8 @@ void test_late_or_in_time_is_the_same(void**) {
   }
 }
 
-/// The localizer asks for the fix of its own pose, covariance, pivot and odds: what MapFix says of them, its
-/// record says.
+/// The localizer asks for the fix of its own pose, covariance, pivot and odds: its record says what MapFix
+/// says of them.
 void test_the_fix_is_that_of_the_pose(void**) {
   const LocalizerParams params = eager();
   init(params);
