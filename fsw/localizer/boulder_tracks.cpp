@@ -2,6 +2,13 @@
 
 namespace cairn {
 
+double fresh_share(const LocalMap& local, std::uint32_t created) {
+  if (local.empty()) return 1.0;
+  double fresh = 0.0;
+  for (const LocalBoulder& b : local) fresh += b.id >= created ? 1.0 : 0.0;
+  return (fresh > 0.5 ? fresh : 0.5) / static_cast<double>(local.size());
+}
+
 void BoulderTracks::init(const TrackParams& params) {
   params_ = params;
   tracks_.clear();

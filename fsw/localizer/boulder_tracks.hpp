@@ -25,6 +25,10 @@ struct TrackParams {
   double sigma_per_range2 = 0.01;  ///< s1, per metre
 };
 
+/// Of a local map, the share that no fix has used whose snapshot was taken when `created` tracks had been
+/// created: boulders seen for the first time since. At least that of half a boulder: places settle.
+double fresh_share(const LocalMap& local, std::uint32_t created);
+
 class BoulderTracks {
  public:
   void init(const TrackParams& params);

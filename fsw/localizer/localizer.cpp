@@ -123,7 +123,7 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   stage_ = FrameStage::kDone;
   pose_source_ = PoseSource::kNone;
   fix_ = {};
-  applied_frame_ = 0;
+  fix_created_ = applied_created_ = 0;
   local_map_.clear();
   carried_.reset();
   observer_.init(params_.boulders, rig_);
@@ -343,6 +343,7 @@ void Localizer::begin_fix() {
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
   fix_.local_boulders = static_cast<std::uint16_t>(local_map_.size());
+  fix_created_ = tracks_.created();
   fix_pivot_site_m_ = planar(at_reference_.corrected).translation();
   fix_pivot_map_m_ = T_map_site_ * fix_pivot_site_m_;
   carried_.carry(fusion_, T_map_site_.yaw_rad, params_.map_fix.wide_xy_m, params_.map_fix.wide_yaw_rad);
@@ -514,12 +515,14 @@ FixStatus Localizer::take_map_fix() {
   fix_.hypotheses += result.hypotheses;
   if (status == FixStatus::kApplied) {
     const FixOffset offset{result.offset + start_of_stage(), result.covariance};
-    const FusionResult r = fix_.lost ? fusion_.relocate(offset) : fusion_.update(offset, fresh_share());
+    const FusionResult r = fix_.lost
+                               ? fusion_.relocate(offset)
+                               : fusion_.update(offset, fresh_share(map_fix_.local(), applied_created_));
     fix_.chi2 = r.chi2;
     if (r.status == FusionStatus::kFused) {
       turn_about(fix_pivot_map_m_, r.at_snapshot);
       turn_about(planar(T_map_rover()).translation(), r.since);
-      applied_frame_ = fix_.frame;
+      applied_created_ = fix_created_;
     } else {
       status = r.status == FusionStatus::kInconsistent ? FixStatus::kInconsistent : FixStatus::kBadInput;
     }
@@ -543,13 +546,6 @@ void Localizer::weigh_against(FixStatus status) {
   } else if (fix_.log_ratio < 0.0) {
     against_nats_ += fix_.log_ratio;
   }
-}
-
-/// Of the local map, what no applied fix has used yet.
-double Localizer::fresh_share() const {
-  const auto window = static_cast<double>(params_.tracks.window_frames);
-  const double frames = fix_.frame > applied_frame_ ? fix_.frame - applied_frame_ : 1.0;
-  return applied_frame_ == 0 || frames >= window ? 1.0 : frames / window;
 }
 
 /// Turns the site about a point of the map, and shifts it.

@@ -268,7 +268,6 @@ class Localizer {
   bool goes_on() const;
   void weigh_against(FixStatus status);
   void turn_about(const Vec2& pivot_map_m, const Pose2& correction);
-  double fresh_share() const;
   void finish_fix(FixStatus status);
 
   LocalizerParams params_;
@@ -296,7 +295,8 @@ class Localizer {
   Pose2 T_map_site_;
   PoseFusion fusion_;
   Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot, or at VO's reference before it
-  std::uint32_t applied_frame_ = 0;        ///< snapshot of the last fix applied; 0: none since the start
+  std::uint32_t fix_created_ = 0;          ///< tracks created by the snapshot ...
+  std::uint32_t applied_created_ = 0;  ///< ... and by that of the last fix applied; 0: none since the start
 
   VisualOdometry vo_;
   BoulderObserver observer_;

@@ -327,6 +327,21 @@ void test_full(void**) {
   assert_int_equal(map.size(), 0);
 }
 
+/// What an applied fix has used tells the next one nothing new; half a boulder's worth at the least.
+void test_fresh_share(void**) {
+  LocalMap local;
+  assert_near(fresh_share(local, 0), 1.0, 0.0);
+  for (std::uint32_t id : {3U, 4U, 7U, 9U}) {
+    LocalBoulder b;
+    b.id = id;
+    assert_true(local.push_back(b));
+  }
+  assert_near(fresh_share(local, 0), 1.0, 0.0);  // no fix yet
+  assert_near(fresh_share(local, 4), 0.75, 0.0);
+  assert_near(fresh_share(local, 8), 0.25, 0.0);
+  assert_near(fresh_share(local, 10), 0.125, 0.0);
+}
+
 }  // namespace
 
 int main() {
@@ -347,6 +362,7 @@ int main() {
       cmocka_unit_test(test_merging_goes_on_until_all_are_apart),
       cmocka_unit_test(test_what_is_shown),
       cmocka_unit_test(test_full),
+      cmocka_unit_test(test_fresh_share),
   };
   return cmocka_run_group_tests_name("localizer/boulder_tracks", tests, nullptr, nullptr);
 }
