@@ -529,7 +529,10 @@ FixStatus Localizer::take_map_fix() {
   }
   carry_on(status);
   TrustEvent event = trust_event(status, result.proof_expected);
+  const bool refuted = against_nats_ <= -kRefuted;  // and this one looked in the whole map
   weigh_against(status);
+  const bool declined = event == TrustEvent::kFixUndecided || event == TrustEvent::kFixDeclined;
+  if (declined && refuted) event = TrustEvent::kFixRefuted;
   if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;
   trust_.on(event);
   confirmed_by_fix_ =

@@ -22,7 +22,7 @@ constexpr Trust kNext[kTrustEvents][kTrustStates] = {
     {U, U, U, L},  // kFixInconsistent
     {C, O, U, L},  // kFixDeclined
     {C, O, U, L},  // kFixUndecided
-    {U, U, U, L},  // kFixRefuted
+    {U, U, L, L},  // kFixRefuted
 };
 
 Trust next(Trust state, TrustEvent event) { return kNext[static_cast<int>(event)][static_cast<int>(state)]; }

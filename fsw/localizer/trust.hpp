@@ -22,7 +22,7 @@
 /// | kFixInconsistent | unconfirmed | unconfirmed |             |           |
 /// | kFixDeclined     |             |             |             |           |
 /// | kFixUndecided    |             |             |             |           |
-/// | kFixRefuted      | unconfirmed | unconfirmed |             |           |
+/// | kFixRefuted      | unconfirmed | unconfirmed | lost        |           |
 ///
 /// (an empty place: stays as it is). `lost_after` events of kFixDeclined and kFixInconsistent without
 /// kFixAccepted or a command between them: lost, from any state. kFixUndecided neither counts nor
@@ -59,7 +59,8 @@ enum class TrustEvent : std::uint8_t {
   kFixInconsistent,  ///< the map agrees with a pose that sigma does not allow
   kFixDeclined,      ///< evidence was there to decide, and it did not speak for the pose
   kFixUndecided,     ///< too little evidence, no map, not in time: tells nothing
-  kFixRefuted,       ///< too little evidence again and again, where it speaks against the pose
+  kFixRefuted,  ///< too little evidence again and again, where it speaks against the pose; and after that
+                ///< nothing in the whole map either
 };
 inline constexpr int kTrustStates = 4;
 inline constexpr int kTrustEvents = 13;

@@ -102,6 +102,14 @@ void test_fixes(void**) {
   assert_status(after(Trust::kCoasting, TrustEvent::kFixInconsistent), Trust::kUnconfirmed);
 }
 
+/// Refuted twice over, or on top of a step that was guessed: nobody knows where the rover is.
+void test_refuted(void**) {
+  assert_status(after(Trust::kConfirmed, TrustEvent::kFixRefuted), Trust::kUnconfirmed);
+  assert_status(after(Trust::kCoasting, TrustEvent::kFixRefuted), Trust::kUnconfirmed);
+  assert_status(after(Trust::kUnconfirmed, TrustEvent::kFixRefuted), Trust::kLost);
+  assert_status(after(Trust::kLost, TrustEvent::kFixRefuted), Trust::kLost);
+}
+
 void test_refused_too_often(void**) {
   for (int lost_after = 1; lost_after <= 4; ++lost_after) {
     TrustState t;
@@ -230,6 +238,7 @@ int main() {
       cmocka_unit_test(test_frames),
       cmocka_unit_test(test_latched),
       cmocka_unit_test(test_fixes),
+      cmocka_unit_test(test_refuted),
       cmocka_unit_test(test_refused_too_often),
       cmocka_unit_test(test_only_rows_count),
       cmocka_unit_test(test_late_fix),
