@@ -101,8 +101,8 @@ void DrivenRover::drive(const DriveCase& c, std::uint64_t seed, DriveResult& out
   tracks_.init(TrackParams());
   trust_.init(TrustParams());
   trust_.on(TrustEvent::kStartGiven);
-  fix_frame_ = 0;
-  applied_frame_ = 0;
+  fix_created_ = 0;
+  applied_created_ = 0;
   open_ = false;
   confirmed_by_fix_ = false;
   against_nats_ = 0.0;
@@ -182,7 +182,7 @@ void DrivenRover::look(Rng& rng, std::uint32_t frame) {
 void DrivenRover::begin_fix(std::uint32_t frame) {
   tracks_.forget(frame);
   tracks_.build(local_);
-  fix_frame_ = frame;
+  fix_created_ = tracks_.created();
   pivot_map_m_ = T_map_rover().translation();
   fusion_.snapshot();
   trust_.snapshot();
@@ -207,9 +207,7 @@ void DrivenRover::apply_fix(DriveResult& out) {
   bool applied = false;
   bool inconsistent = false;
   if (fix_.status() == MapFixStatus::kAccepted) {
-    const double window = TrackParams().window_frames;
-    const double since = fix_frame_ - applied_frame_;
-    const double fresh = applied_frame_ == 0 || since >= window ? 1.0 : since / window;
+    const double fresh = fresh_share(fix_.local(), applied_created_);
     const FixOffset offset{result.offset, result.covariance};
     const FusionResult r = fix_lost_ ? fusion_.relocate(offset) : fusion_.update(offset, fresh);
     applied = r.status == FusionStatus::kFused;
@@ -217,12 +215,13 @@ void DrivenRover::apply_fix(DriveResult& out) {
     if (applied) {
       turn_about(pivot_map_m_, r.at_snapshot);
       turn_about(T_map_rover().translation(), r.since);
-      applied_frame_ = fix_frame_;
+      applied_created_ = fix_created_;
       ++out.fixes;
     }
   }
   const bool declined =
       fix_.status() == MapFixStatus::kNoHypothesis || fix_.status() == MapFixStatus::kTooLittleEvidence;
+  const bool refuted = against_nats_ <= -kRefuted;
   if (applied || fix_lost_) {
     against_nats_ = 0.0;
   } else if (result.verdict.log_ratio < 0.0) {
@@ -233,6 +232,8 @@ void DrivenRover::apply_fix(DriveResult& out) {
   if (inconsistent) event = TrustEvent::kFixInconsistent;
   if (declined && result.proof_expected) event = TrustEvent::kFixDeclined;
   if (fix_.status() == MapFixStatus::kInconsistent) event = TrustEvent::kFixInconsistent;
+  const bool tells_nothing = event == TrustEvent::kFixUndecided || event == TrustEvent::kFixDeclined;
+  if (tells_nothing && refuted) event = TrustEvent::kFixRefuted;
   if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;
   trust_.on(event);
   confirmed_by_fix_ = applied || (confirmed_by_fix_ && trust_.state() == Trust::kConfirmed);

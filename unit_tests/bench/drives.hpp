@@ -76,8 +76,8 @@ class DrivenRover {
   Pose2 T_map_site_;
   Pose2 T_site_rover_;
   Vec2 pivot_map_m_ = Vec2(0.0, 0.0);
-  std::uint32_t fix_frame_ = 0;
-  std::uint32_t applied_frame_ = 0;
+  std::uint32_t fix_created_ = 0;      ///< tracks, by the snapshot, and ...
+  std::uint32_t applied_created_ = 0;  ///< ... by that of the last fix applied
   bool open_ = false;
   bool fix_lost_ = false;
   bool confirmed_by_fix_ = false;
