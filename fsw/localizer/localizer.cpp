@@ -237,7 +237,8 @@ bool Localizer::measured() {
 }
 
 /// Over all frames since VO's reference. Where motion prior and VO differ nobody knows who is right; where
-/// most of what is seen stands still, a prior that agrees with VO alone can tell.
+/// most of what is seen stands still and VO does not, a prior that agrees with VO alone can tell. Of a rover
+/// that stands, both say the same.
 bool Localizer::nothing_against() {
   const Pose3 step = rover_step(vo_.result().T_prev_cur);
   const Pose3 prior_step = rover_step(vo_.predicted());
@@ -251,7 +252,8 @@ bool Localizer::nothing_against() {
     doubt_step(prior_step.inverse() * step);
     return false;
   }
-  if (vo_.result().mostly_own && !(primed_ && !agrees(Pose3()))) {
+  const bool stands = watch_.compare(step, covariance, Pose3()) == WatchStatus::kClear;
+  if (vo_.result().mostly_own && !stands && !(primed_ && !agrees(Pose3()))) {
     watch_status_ = WatchStatus::kMostlyStill;
     doubt_step(step);
     return false;

@@ -69,7 +69,7 @@ void test_everything(void**) {
                 {Vec2(0.6, 0.06), Vec2(0.0, 3.0), 0.6, false, "ambiguous"}};
   svg = render_svg(plot);
   assert_true(has("corrected") && has("orbital boulder") && has("ground boulder"));
-  assert_true(has("fix, and its correction") && has("fix refused") && has("1 ambiguous"));
+  assert_true(has("fix, and its correction") && has("fix not used") && has("1 ambiguous"));
   assert_true(has("0.200 m at the end") && has("0.010 m at the end"));
   assert_int_equal(count("<circle"), 2 + 3);  // two boulders in view; three circles in the legend
 }
