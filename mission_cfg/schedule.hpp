@@ -50,7 +50,7 @@ inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 
 /// Weighted operations that one call of the executive's cycle may spend: how long the caller's main loop may
 /// be held up. One unit more, at most.
-inline constexpr std::uint32_t kSliceOps = 800'000;
+inline constexpr std::uint32_t kSliceOps = 750'000;
 
 constexpr bool schedule_is_sound() {
   if (kSchedule[0].task != Task::kVo || kSchedule[0].first_minor != 0 ||
