@@ -21,6 +21,14 @@ struct MaskOptions {
 
 void run(const MaskOptions& options) {
   const HardwareMask mask = read_hardware_mask(options.picture);
+  if (mask.width_px < cfg::kImageWidth || mask.height_px < cfg::kImageHeight) {
+    fmt::print(
+        stderr,
+        "cairn: warning: {}: {} x {} pixels are fewer than the {} x {} of mission '{}'; right only for "
+        "a camera of that size\n",
+        options.picture.string(), mask.width_px, mask.height_px, cfg::kImageWidth, cfg::kImageHeight,
+        cfg::kMission.name);
+  }
   const int columns = (mask.width_px + OwnHardware::kCell_px - 1) / OwnHardware::kCell_px;
   const int rows = (mask.height_px + OwnHardware::kCell_px - 1) / OwnHardware::kCell_px;
   for (int row = 0; row < rows; ++row) {
@@ -28,9 +36,8 @@ void run(const MaskOptions& options) {
     for (int column = 0; column < columns; ++column) line += mask.own.covers_cell(column, row) ? '#' : '.';
     fmt::print("{}\n", line);
   }
-  fmt::print("{:.0f} % of {} x {} pixels are the rover, in {} boxes of whole cells of {} x {}\n",
-             100.0 * mask.covered, mask.width_px, mask.height_px, boxes_of(mask.own).size(),
-             OwnHardware::kCell_px, OwnHardware::kCell_px);
+  fmt::print("{:.0f} % of {} x {} pixels are the rover; whole cells of {} x {}\n", 100.0 * mask.covered,
+             mask.width_px, mask.height_px, OwnHardware::kCell_px, OwnHardware::kCell_px);
   if (options.output.empty()) return;
   OutputFile file(options.output);
   file.write(hardware_header(mask, options.picture.filename().string()));

@@ -3,6 +3,7 @@
 #include <gdal_priv.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <string>
 
@@ -24,6 +25,13 @@ std::vector<std::uint16_t> read_band(GDALDataset& data, int index, QuietGdal& gd
   return band;
 }
 
+/// Of bytes that hold 1, 2 or 4 bits, as drawings do, the largest that these can hold; else 255.
+int largest_shallow_sample(GDALRasterBand& band) {
+  const char* const told = band.GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
+  const int bits = told != nullptr ? std::atoi(told) : 8;
+  return bits >= 1 && bits < 8 ? (1 << bits) - 1 : 255;
+}
+
 [[noreturn]] void refuse(const std::filesystem::path& path, const QuietGdal& gdal, const char* what) {
   throw ImageError(path.string() + ": " + what + gdal.reason());
 }
@@ -41,6 +49,8 @@ Opened open_image(const std::filesystem::path& path, const QuietGdal& gdal) {
   Opened out;
   out.data.reset(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers, nullptr, no_siblings));
+  std::error_code error;
+  if (out.data == nullptr && !std::filesystem::exists(path, error)) refuse(path, gdal, "is not there");
   if (out.data == nullptr) refuse(path, gdal, "not a readable image (JPEG, PNG, TIFF, PGM, BMP ...)");
   if (out.data->GetRasterCount() > 0) out.type = out.data->GetRasterBand(1)->GetRasterDataType();
   if (out.type != GDT_Byte && out.type != GDT_UInt16 && out.type != GDT_Int16)
@@ -76,10 +86,9 @@ Image load_grey(const std::filesystem::path& path, int bits) {
 
   const std::vector<std::uint16_t> first = read_band(*data, 1, gdal);
   image.pixels.resize(first.size());
-  const int most = (1 << bits) - 1;
-  const auto narrow = [deep = type != GDT_Byte, most](int sample) {
-    return deep ? (std::min(sample, most) * 255 + most / 2) / most : sample;
-  };
+  const bool deep = type != GDT_Byte;
+  const int most = deep ? (1 << bits) - 1 : largest_shallow_sample(*data->GetRasterBand(1));
+  const auto narrow = [most](int sample) { return (std::min(sample, most) * 255 + most / 2) / most; };
   const GDALColorTable* const palette = data->GetRasterBand(1)->GetColorTable();
   if (palette != nullptr) {
     for (std::size_t i = 0; i < first.size(); ++i) {

@@ -15,7 +15,7 @@ namespace cairn::test {
 /// Writes bands of width x height samples, `sample(band, x, y)`, with a GDAL driver ("PNG", "JPEG", "GTiff").
 template <typename Sample>
 void write_image(const std::filesystem::path& path, const char* driver, GDALDataType type, int width,
-                 int height, int bands, const Sample& sample) {
+                 int height, int bands, const Sample& sample, const char* const* options = nullptr) {
   GDALAllRegister();
   GDALDriverManager* const drivers = GetGDALDriverManager();
   const std::unique_ptr<GDALDataset> memory(
@@ -30,8 +30,8 @@ void write_image(const std::filesystem::path& path, const char* driver, GDALData
                        CE_None);
     }
   }
-  const std::unique_ptr<GDALDataset> written(
-      drivers->GetDriverByName(driver)->CreateCopy(path.c_str(), memory.get(), 0, nullptr, nullptr, nullptr));
+  const std::unique_ptr<GDALDataset> written(drivers->GetDriverByName(driver)->CreateCopy(
+      path.c_str(), memory.get(), 0, const_cast<char**>(options), nullptr, nullptr));
   assert_non_null(written.get());
 }
 

@@ -79,6 +79,25 @@ void test_bits_that_are_used(void**) {
   assert_int_equal(largest_deep_sample(scratch.path("eight.png")), 0);
 }
 
+// Drawing programs save a picture of two tones in one bit.
+void test_fewer_bits_than_eight(void**) {
+  for (const char* driver : {"PNG", "GTiff"}) {
+    for (const int bits : {1, 2, 4}) {
+      const int most = (1 << bits) - 1;
+      static std::string option;
+      option = "NBITS=" + std::to_string(bits);
+      const char* const options[] = {option.c_str(), nullptr};
+      const auto path = scratch.path("few." + std::to_string(bits) + driver);
+      test::write_image(
+          path, driver, GDT_Byte, 2, 1, 1, [most](int, int x, int) { return x * most; }, options);
+      static Image image;
+      image = load_grey(path);
+      assert_int_equal(image.view().at(0, 0), 0);
+      assert_int_equal(image.view().at(1, 0), 255);
+    }
+  }
+}
+
 void test_other_kinds_of_files(void**) {
   for (const char* driver : {"PNM", "BMP"}) {
     const auto path = scratch.path(std::string("kind.") + (driver[0] == 'P' ? "pgm" : "bmp"));
@@ -131,10 +150,10 @@ void test_what_is_no_image(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_grey_is_exact),      cmocka_unit_test(test_colour_becomes_luma),
-      cmocka_unit_test(test_16_bit_is_scaled),   cmocka_unit_test(test_truncated_files),
-      cmocka_unit_test(test_bits_that_are_used), cmocka_unit_test(test_other_kinds_of_files),
-      cmocka_unit_test(test_what_is_no_image),
+      cmocka_unit_test(test_grey_is_exact),         cmocka_unit_test(test_colour_becomes_luma),
+      cmocka_unit_test(test_16_bit_is_scaled),      cmocka_unit_test(test_truncated_files),
+      cmocka_unit_test(test_fewer_bits_than_eight), cmocka_unit_test(test_bits_that_are_used),
+      cmocka_unit_test(test_other_kinds_of_files),  cmocka_unit_test(test_what_is_no_image),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset/image", tests, nullptr, nullptr);
 }
