@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "integration/replay.hpp"
+#include "schedule.hpp"
 
 using namespace cairn;
 using namespace cairn::test;
@@ -63,12 +64,33 @@ void test_paper_variant(void**) {
   assert_at_most(longest_fix, 25000);  // ICP's estimate from all pairs
 }
 
+// Steps of half a metre are searched for far and wide: VO's row of the schedule has to hold that, too.
+void test_long_steps_fit_the_schedule(void**) {
+  static Pair pair;
+  const ground::Dataset data = ground::Dataset::open(kSample);
+  assert_status(localizer.init({}, rig_of(data)), LocalizerStatus::kReady);
+  assert_status(localizer.set_start(*data.truth_rover(0), 0.02, 0.004), LocalizerStatus::kReady);
+  std::uint64_t longest = 0;
+  for (std::size_t i = 0; i < data.frames().size(); i += kSanitized ? 40 : 8) {
+    load(data.frames()[i], pair);
+    assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr),
+                  LocalizerStatus::kReady);
+    WorkBudget all = WorkBudget::unlimited();
+    assert_status(localizer.step_vo(all), Progress::kDone);
+    longest = std::max(longest, all.spent());
+  }
+  print_message("longest VO, operations: %llu of %u\n", static_cast<unsigned long long>(longest),
+                cfg::kVoOps);
+  assert_at_most(longest, 0.9 * cfg::kVoOps);
+}
+
 }  // namespace
 
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_sample),
       cmocka_unit_test(test_paper_variant),
+      cmocka_unit_test(test_long_steps_fit_the_schedule),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
