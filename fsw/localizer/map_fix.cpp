@@ -90,6 +90,7 @@ MapFixStatus MapFix::start_tracked(const MapFixParams& params, const OrbitalMap&
   phase_ = Phase::kWindow;
   if (!map.usable()) return status_ = MapFixStatus::kNoMap;
   if (local.size() < 2) return status_ = MapFixStatus::kNoLocalBoulders;
+  if (!covariance.allFinite()) return status_ = MapFixStatus::kBadInput;
   const double sigma = std::sqrt(covariance(0, 0) > covariance(1, 1) ? covariance(0, 0) : covariance(1, 1));
   if (!(sigma <= params.wide_xy_m && covariance(2, 2) <= params.wide_yaw_rad * params.wide_yaw_rad))
     return look_widely();

@@ -45,7 +45,7 @@ enum class CAIRN_NODISCARD MapFixStatus : std::uint8_t {
   kAmbiguous,          ///< another pose agrees nearly as well
   kChanceAgreement,    ///< this map agrees as well at poses that are wrong
   kWeakGeometry,       ///< accepted, but the pairs leave the pose too uncertain to weigh
-  kBadInput,
+  kBadInput,           ///< a prior that is not finite, or what the search refuses
 };
 inline constexpr std::size_t kMapFixStatusCount = 14;
 static_assert(enum_has<MapFixStatus, kMapFixStatusCount>());

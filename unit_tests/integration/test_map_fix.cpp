@@ -3,6 +3,7 @@
 #include "localizer/map_fix.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "integration/replay.hpp"
 #include "support/noise.hpp"
@@ -343,6 +344,12 @@ void test_statuses(void**) {
                 MapFixStatus::kNoMap);
   const Pose2 away = about_rover(0.0, Vec2(900.0, 0.0));
   assert_status(tracked(away, prior), MapFixStatus::kNoMapBoulders);
+  // A prior that is none is no licence to look just where the pose is thought to be.
+  for (int i = 0; i < 3; ++i) {
+    Mat3 none = prior;
+    none(i, i) = std::numeric_limits<double>::quiet_NaN();
+    assert_status(tracked(from, none), MapFixStatus::kBadInput);
+  }
   SearchRegion elsewhere;
   elsewhere.anywhere = false;
   elsewhere.radius_m = 5.0;
