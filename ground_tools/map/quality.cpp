@@ -118,8 +118,9 @@ std::string to_text(const MapQuality& q) {
   if (q.k > 0.0)
     text += fmt::format(" ({:.2g} times what their larger ones let expect, k = {:.2g})", q.of_expected, q.k);
   if (q.craters > 0) {
-    text += fmt::format("; {} craters, {:.0f} % of the boulders at them, {:.0f} % of the ground", q.craters,
-                        100.0 * q.share_near_craters, 100.0 * q.ground_near_craters);
+    text +=
+        fmt::format("; {} craters or other hollows, {:.0f} % of the boulders at them, {:.0f} % of the ground",
+                    q.craters, 100.0 * q.share_near_craters, 100.0 * q.ground_near_craters);
   }
   return text;
 }
