@@ -13,17 +13,20 @@ std::vector<Vec2> read_waypoints(const std::filesystem::path& path) {
   const std::size_t x = table.column({"x_m", "x"});
   const std::size_t y = table.column({"y_m", "y"});
   std::vector<Vec2> points;
-  for (std::size_t row = 0; row < table.size(); ++row) {
-    const Vec2 p(table.number(row, x), table.number(row, y));
-    if (!points.empty() && (p - points.back()).norm() < 1.0e-3)
-      throw ToolError("{}:{}: the same point as the one before it; remove it", path.string(),
-                      table.line(row));
-    points.push_back(p);
-  }
-  if (points.size() < 2)
-    throw ToolError("{}: has {} way-point{}; a drive needs two or more", path.string(), points.size(),
-                    points.size() == 1 ? "" : "s");
+  for (std::size_t row = 0; row < table.size(); ++row)
+    points.emplace_back(table.number(row, x), table.number(row, y));
+  check_way(points, path.string());
   return points;
+}
+
+void check_way(const std::vector<Vec2>& points, const std::string& name) {
+  if (points.size() < 2)
+    throw ToolError("{}: has {} way-point{}; a drive needs two or more", name, points.size(),
+                    points.size() == 1 ? "" : "s");
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    if ((points[i] - points[i - 1]).norm() < 1.0e-3)
+      throw ToolError("{}: way-points {} and {} are the same; remove one", name, i, i + 1);
+  }
 }
 
 void check_waypoints(const std::vector<Vec2>& p_map_m, const MapExtent& extent, const std::string& map_name) {

@@ -15,6 +15,9 @@ namespace cairn::ground {
 /// Throws ToolError, one line: cannot be read, no such columns, not numbers, too few points, two alike.
 std::vector<Vec2> read_waypoints(const std::filesystem::path& path);
 
+/// Throws ToolError that names `name` where these are fewer than two, or two neighbours are one.
+void check_way(const std::vector<Vec2>& points, const std::string& name);
+
 /// Throws ToolError where a point lies outside `extent`, which is that of the map `map_name`.
 void check_waypoints(const std::vector<Vec2>& p_map_m, const MapExtent& extent, const std::string& map_name);
 

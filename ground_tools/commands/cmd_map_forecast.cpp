@@ -15,8 +15,10 @@
 #include "commands/cmd_map.hpp"
 #include "forecast/forecast.hpp"
 #include "forecast/forecast_files.hpp"
+#include "forecast/forecast_layers.hpp"
 #include "forecast/forecast_plot.hpp"
 #include "forecast/model_file.hpp"
+#include "map/way_file.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -31,6 +33,7 @@ struct ForecastOptions {
   fs::path output;
   fs::path csv;
   fs::path geojson;
+  fs::path geopackage;
   fs::path plot;
   bool json = false;
   std::string mission = cfg::kMission.name;
@@ -58,7 +61,7 @@ ForecastModel model_of(const ForecastOptions& options, cmap::Method method) {
 }
 
 std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent& map) {
-  const std::vector<Vec2> waypoints = read_waypoints(options.path);
+  const std::vector<Vec2> waypoints = read_way(options.path, map.reference_system);
   check_waypoints(waypoints, map.extent, options.map.string());
   warn_of_way(options.path, waypoints);
   double length_m = 0.0;
@@ -105,7 +108,12 @@ void run(const ForecastOptions& options) {
   if (!options.output.empty()) make_folder(options.output);
   const std::string json = to_json(made, model, drive, source).dump(2) + "\n";
   put(options.csv, "forecast.csv", [&] { return to_csv(made); });
-  put(options.geojson, "forecast.geojson", [&] { return to_geojson(made, model, drive, source); });
+  const std::string geojson = to_geojson(made, model, drive, source);
+  put(options.geojson, "forecast.geojson", [&] { return geojson; });
+  for (const fs::path& file :
+       {options.geopackage, options.output.empty() ? fs::path() : options.output / "forecast.gpkg"}) {
+    if (!file.empty()) write_forecast_layers(file, geojson, map.reference_system);
+  }
   put(options.plot, "forecast.svg", [&] { return plot_forecast(made, model, map.boulders, drive, source); });
   put({}, "forecast.json", [&] { return json; });
   fmt::print("{}", options.json ? json : to_text(made, model, drive));
@@ -194,11 +202,15 @@ void add_map_forecast(CLI::App& map) {
   CLI::App* app = map.add_subcommand(
       "forecast", "predict where fixes will succeed along a planned drive, and how accurate they will be");
   app->add_option("MAP", o.map, "map (.cmap)")->required();
-  app->add_option("--path", o.path, "way-points of the drive: CSV with columns x, y, metres in the map")
+  app->add_option(
+         "--path", o.path,
+         "way of the drive: CSV with columns x, y, metres in the map; or a line or points of a GeoPackage, GeoJSON, "
+         "shapefile")
       ->required();
   app->add_option("-o,--output", o.output, "folder for forecast.csv, .geojson, .svg and .json");
   app->add_option("--csv", o.csv, "write the table here");
   app->add_option("--geojson", o.geojson, "write stations, ellipses and blind stretches here");
+  app->add_option("--gpkg", o.geopackage, "and here as a GeoPackage, a layer for each kind");
   app->add_option("--plot", o.plot, "write the picture (SVG) here");
   app->add_flag("--json", o.json, "print JSON instead of the table");
   app->add_option("--blind-below", o.model.blind_below,

@@ -12,6 +12,7 @@
 #include "base/waypoints.hpp"
 #include "cmap/uplink.hpp"
 #include "commands/cmd_map.hpp"
+#include "map/way_file.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -109,12 +110,13 @@ void write_lost(const Cut& cut, const UplinkOptions& options) {
 }
 
 void uplink(const UplinkOptions& options) {
-  const std::vector<Vec2> way = read_waypoints(options.path);
+  const CmapContent whole = load_map(options.map);
+  const std::vector<Vec2> way = read_way(options.path, whole.reference_system);
   warn_of_way(options.path, way);
   const PlannedPath path = path_of(way);
   std::optional<BaseMap> base;
   if (!options.base.empty()) base = BaseMap{read_file(options.base), options.base.string()};
-  warn_of_scale(options.map, load_map(options.map));
+  warn_of_scale(options.map, whole);
   const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, options.params, base);
 
   if (!options.only.empty()) {
@@ -157,7 +159,10 @@ void add_map_uplink(CLI::App& map) {
                                      "cut a corridor around a planned path out of a map, and make "
                                      "telecommands from it");
   app->add_option("MAP", o.map, "map (.cmap)")->required();
-  app->add_option("--path", o.path, "way-points: CSV table with columns x, y in the map's frame, m")
+  app->add_option(
+         "--path", o.path,
+         "way of the drive: CSV with columns x, y, metres in the map; or a line or points of a GeoPackage, GeoJSON, "
+         "shapefile")
       ->required();
   app->add_option("-o,--output", o.output,
                   "folder for upload.tc, use.tc, map.cmap and report.json; created if missing")

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "base/output_file.hpp"
 #include "base/quiet_gdal.hpp"
@@ -87,17 +88,20 @@ bool add_boulders(OGRLayer& layer, const std::vector<TableBoulder>& boulders, bo
   return true;
 }
 
-/// What is on the disk is what was to be written: SQLite tells of a full disk only as it closes.
-bool reads_back(const std::filesystem::path& file, const char* name, std::size_t count) {
-  const Dataset data(GDALDataset::Open(file.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
-  OGRLayer* const layer = data == nullptr ? nullptr : data->GetLayerByName(name);
-  return layer != nullptr && layer->GetFeatureCount() == static_cast<GIntBig>(count);
+using Counts = std::vector<std::pair<std::string, GIntBig>>;
+
+Counts counts_of(GDALDataset* data) {
+  Counts counts;
+  if (data == nullptr) return counts;
+  for (OGRLayer* const layer : data->GetLayers())
+    counts.emplace_back(layer->GetName(), layer->GetFeatureCount());
+  return counts;
 }
 
 }  // namespace
 
-void write_geopackage(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
-                      const std::string& reference_system, const std::vector<TableBoulder>& craters) {
+void write_layers(const std::filesystem::path& path, const std::string& reference_system,
+                  const std::function<bool(GDALDataset&, OGRSpatialReference&)>& fill) {
   OGRSpatialReference system = reference_of(reference_system, path.string());
   OutputByName output(path);
   const QuietGdal quiet;
@@ -109,23 +113,31 @@ void write_geopackage(const std::filesystem::path& path, const std::vector<Table
                     path.string());
   }
   bool good = false;
+  Counts counts;
   {
     const Dataset data(driver->Create(output.file().c_str(), 0, 0, 0, GDT_Unknown, nullptr));
-    good = data != nullptr && data->StartTransaction() == OGRERR_NONE;
-    const auto put = [&](const char* name, const std::vector<TableBoulder>& points) {
-      const bool with_z = all_on_known_ground(points);
-      OGRLayer* const layer = add_layer(*data, name, system, with_z);
-      return layer != nullptr && add_boulders(*layer, points, with_z) && layer->SyncToDisk() == OGRERR_NONE;
-    };
-    good = good && put(kLayer, boulders) && (craters.empty() || put(kCraterLayer, craters)) &&
+    good = data != nullptr && data->StartTransaction() == OGRERR_NONE && fill(*data, system) &&
            data->CommitTransaction() == OGRERR_NONE;
+    counts = counts_of(data.get());
   }
-  if (!good || quiet.failed() || !reads_back(output.file(), kLayer, boulders.size()) ||
-      (!craters.empty() && !reads_back(output.file(), kCraterLayer, craters.size()))) {
+  // SQLite tells of a full disk only as it closes: what is on the disk is read back.
+  const Dataset back(GDALDataset::Open(output.file().c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
+  if (!good || quiet.failed() || counts_of(back.get()) != counts)
     throw ToolError("{}: writing failed{}; free some disk space and run again", path.string(),
                     quiet.reason());
-  }
   output.commit();
+}
+
+void write_geopackage(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
+                      const std::string& reference_system, const std::vector<TableBoulder>& craters) {
+  write_layers(path, reference_system, [&](GDALDataset& data, OGRSpatialReference& system) {
+    const auto put = [&](const char* name, const std::vector<TableBoulder>& points) {
+      const bool with_z = all_on_known_ground(points);
+      OGRLayer* const layer = add_layer(data, name, system, with_z);
+      return layer != nullptr && add_boulders(*layer, points, with_z) && layer->SyncToDisk() == OGRERR_NONE;
+    };
+    return put(kLayer, boulders) && (craters.empty() || put(kCraterLayer, craters));
+  });
 }
 
 void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
@@ -166,8 +178,9 @@ std::string reference_beside(const std::filesystem::path& csv) {
   const std::vector<std::uint8_t> bytes = read_file(prj);
   const QuietGdal quiet;
   OGRSpatialReference system;
-  if (system.SetFromUserInput(std::string(bytes.begin(), bytes.end()).c_str()) != OGRERR_NONE ||
-      system.IsGeographic() != 0) {
+  std::string text(bytes.begin(), bytes.end());
+  text.erase(0, text.find_first_not_of(" \t\r\n"));  // gdalsrsinfo begins with an empty line
+  if (system.SetFromUserInput(text.c_str()) != OGRERR_NONE || system.IsGeographic() != 0) {
     throw ToolError("{}: contains no projected reference system as WKT; correct or remove it", prj.string());
   }
   return reference_text(&system);

@@ -3,24 +3,30 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "base/boulder_table.hpp"
 
+class GDALDataset;
+class OGRSpatialReference;
+
 namespace cairn::ground {
 
-/// Writes a GeoPackage (OGC 12-128, GDAL's driver) with one layer `boulders`, in the order of the table:
+/// Writes a GeoPackage (OGC 12-128, GDAL's driver) with the layers that `fill` adds to it, given the reference
+/// system as GDAL has it; `fill` returns false where GDAL failed. The same layers give the same bytes: the
+/// date that a GeoPackage carries is 2000-01-01. The file is whole or absent, and one that was there before is
+/// replaced. Throws ToolError: folder, disk full, reference system unknown.
+void write_layers(const std::filesystem::path& path, const std::string& reference_system,
+                  const std::function<bool(GDALDataset&, OGRSpatialReference&)>& fill);
+
+/// By write_layers(): one layer `boulders`, in the order of the table,
 ///   geom          point, x east and y north as in the table, to the last bit; with z where ground_z_m of all
 ///                 boulders is known
 ///   diameter_m, area_m2, contrast, elongation, height_m, confidence, ground_z_m
 ///                 as in boulder_table.hpp, NULL where unknown
-/// with a spatial index and the reference system (reference_system.hpp), and, where there are any, a layer
-/// `craters` of the same columns. The same table gives the same bytes:
-/// the date that a GeoPackage carries is 2000-01-01.
-///
-/// The file is whole or absent, and one that was there before is replaced. Throws ToolError: folder, disk
-/// full, reference system unknown.
+/// with a spatial index, and, where there are any, a layer `craters` of the same columns.
 void write_geopackage(const std::filesystem::path& path, const std::vector<TableBoulder>& boulders,
                       const std::string& reference_system, const std::vector<TableBoulder>& craters = {});
 

@@ -90,7 +90,7 @@ void test_waypoint_refusals(void**) {
   refused("x,y\n1,1\n2,north\n", ":3: 'north' in column 'y' is not a number");
   refused("x,y\n1,1\n2,nan\n", ":3:");
   refused("x,y\n1,1\n2\n", ":3:");
-  refused("x,y\n1,1\n1,1\n", ":3: the same point");
+  refused("x,y\n1,1\n1,1\n", "way-points 1 and 2 are the same");
   assert_refused(read_waypoints(scratch.path("not_there.csv")), "not_there.csv");
   assert_refused((check_waypoints({Vec2(1.0, 1.0), Vec2(31.0, 2.0)}, extent, "site.cmap"), 0),
                  "way-point 2 at (31.000, 2.000) lies outside site.cmap");
