@@ -14,10 +14,10 @@ class OGRSpatialReference;
 
 namespace cairn::ground {
 
-/// Writes a GeoPackage (OGC 12-128, GDAL's driver) with the layers that `fill` adds to it, given the reference
-/// system as GDAL has it; `fill` returns false where GDAL failed. The same layers give the same bytes: the
-/// date that a GeoPackage carries is 2000-01-01. The file is whole or absent, and one that was there before is
-/// replaced. Throws ToolError: folder, disk full, reference system unknown.
+/// Writes a GeoPackage (OGC 12-128, GDAL's driver) with the layers that `fill` adds to it, given the
+/// reference system as GDAL has it; `fill` returns false where GDAL failed. The same layers give the same
+/// bytes: the date that a GeoPackage carries is 2000-01-01. The file is whole or absent, and one that was
+/// there before is replaced. Throws ToolError: folder, disk full, reference system unknown.
 void write_layers(const std::filesystem::path& path, const std::string& reference_system,
                   const std::function<bool(GDALDataset&, OGRSpatialReference&)>& fill);
 
