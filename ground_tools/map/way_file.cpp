@@ -22,7 +22,7 @@ namespace {
 constexpr std::string_view kTables[] = {".csv", ".txt", ".tsv", ".dat", ""};
 constexpr const char* kLayers[] = {"way", "drive"};
 constexpr std::string_view kForms = "give a CSV table with columns x, y, a GeoPackage, GeoJSON or shapefile";
-/// Of the axes of two bodies; the systems of one differ by its flattening and by local radii, Mars's by 0.6 %.
+/// Of the axes of two bodies; those of one differ by flattening and local radii, Mars's by 0.6 %.
 constexpr double kSameBody = 0.02;
 
 bool is_plain_table(const std::filesystem::path& path) {

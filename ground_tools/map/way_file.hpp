@@ -10,9 +10,9 @@
 namespace cairn::ground {
 
 /// Reads a way for a map of the system `reference_system` (reference_system.hpp):
-///   .csv, .txt, .tsv, .dat, no ending   a table as in base/waypoints.hpp; or, where it has a column `WKT` and
-///                                       no `x`, points or a line of well-known text
-///   all else                            a layer that GDAL opens: GeoPackage, GeoJSON, shapefile, KML, GPX
+///   .csv, .txt, .tsv, .dat, none   a table as in base/waypoints.hpp; or, where it has a column `WKT` and
+///                                  no `x`, points or a line of well-known text
+///   all else                       a layer that GDAL opens: GeoPackage, GeoJSON, shapefile, KML, GPX
 /// A layer holds one line, or points in the order in which they stand. Of several layers `way` or `drive`
 /// counts, else there must be one. Of several lines that with the attribute kind = 'drive' counts, so that a
 /// forecast's own layer can be read back.

@@ -91,7 +91,7 @@ void test_a_line_and_points_are_the_same_way(void**) {
   check_way_of(layer_file("GPKG", "double_click.gpkg", kUtm, {{"", twice}}), kUtm, 0.0);
 }
 
-/// A way in degrees or in another projection is taken to the map's metres; GDAL writes GeoJSON to 1e-7 degrees.
+/// Degrees and other projections are taken to the map's metres; GDAL writes GeoJSON to 1e-7 degrees.
 void test_other_systems(void**) {
   for (const char* const system : {kDegrees, "EPSG:3857", "+proj=tmerc +lon_0=15.1 +datum=WGS84"})
     check_way_of(layer_file("GPKG", "other.gpkg", system, {{"", in_system(system)}}), kUtm, 1e-4);
