@@ -88,7 +88,7 @@ Progress FeatureExtractor::step(WorkBudget& budget) {
     do_row(row_++);
   }
   if (!selected_) {
-    if (!budget.take(20U * kCellsX * kCellsY * kPerCell)) return Progress::kMore;
+    if (!budget.take(10U * kCellsX * kCellsY * kPerCell)) return Progress::kMore;
     select();
     selected_ = true;
   }

@@ -21,59 +21,74 @@ void MatchJob::start(const MatchParams& params, const FeatureSet& query, const F
   target_ = &target;
   windows_ = &windows;
   next_ = 0;
+  opened_ = false;
   count_ = 0;
   for (std::size_t i = 0; i < cfg::kMaxFeatures; ++i) partner_[i] = taken_by_[i] = kNone;
 }
 
 Progress MatchJob::step(WorkBudget& budget) {
-  for (; next_ < query_->features.size(); ++next_) {
-    const SearchWindow& w = (*windows_)[next_];
-    const bool empty = w.u0 > w.u1 || w.v0 > w.v1;
-    const auto band =
-        empty ? 0U
-              : static_cast<std::uint32_t>(target_->first_of_row(w.v1 + 1) - target_->first_of_row(w.v0));
-    if (!budget.take(8U + 100U * band)) return Progress::kMore;
-    if (!empty) match_one(next_);
+  while (next_ < query_->features.size()) {
+    if (!opened_) open();
+    const std::size_t left = search_.end - search_.at;
+    const auto targets = static_cast<std::uint32_t>(left < kUnitTargets ? left : kUnitTargets);
+    if (!budget.take(unit_ops(targets, !opened_))) return Progress::kMore;
+    opened_ = true;
+    look(search_.at + targets);
+    if (search_.at < search_.end) continue;
+    decide();
+    ++next_;
+    opened_ = false;
   }
   return Progress::kDone;
 }
 
-void MatchJob::match_one(std::size_t i) {
-  const SearchWindow& w = (*windows_)[i];
-  const Feature& query = query_->features[i];
-  const Descriptor& descriptor = query_->descriptors[i];
-  std::uint32_t best = UINT32_MAX;
-  std::uint32_t second = UINT32_MAX;
-  std::uint32_t stop = no_rival(params_.max_distance, params_.ratio);
-  std::size_t best_index = 0;
-  const std::size_t end = target_->first_of_row(w.v1 + 1);
-  for (std::size_t j = target_->first_of_row(w.v0); j < end; ++j) {
-    const Feature& candidate = target_->features[j];
+void MatchJob::open() {
+  const SearchWindow& w = (*windows_)[next_];
+  search_ = {};
+  search_.stop = no_rival(params_.max_distance, params_.ratio);
+  if (w.u0 > w.u1 || w.v0 > w.v1) return;
+  search_.at = target_->first_of_row(w.v0);
+  search_.end = target_->first_of_row(w.v1 + 1);
+}
+
+void MatchJob::look(std::size_t end) {
+  const SearchWindow& w = (*windows_)[next_];
+  const Feature& query = query_->features[next_];
+  const Descriptor& descriptor = query_->descriptors[next_];
+  Search s = search_;
+  for (; s.at < end; ++s.at) {
+    const Feature& candidate = target_->features[s.at];
     if (candidate.iu < w.u0 || candidate.iu > w.u1) continue;
     if ((candidate.response < 0) != (query.response < 0)) continue;
-    const std::uint32_t distance = chi_squared(descriptor, target_->descriptors[j], stop);
-    if (distance < best) {
-      second = best;
-      best = distance;
-      best_index = j;
-      const std::uint32_t bound = no_rival(best, params_.ratio);
-      if (bound < stop) stop = bound;
-    } else if (distance < second) {
-      second = distance;
+    const std::uint32_t distance = chi_squared(descriptor, target_->descriptors[s.at], s.stop);
+    if (distance < s.best) {
+      s.second = s.best;
+      s.best = distance;
+      s.best_index = s.at;
+      const std::uint32_t bound = no_rival(s.best, params_.ratio);
+      if (bound < s.stop) s.stop = bound;
+    } else if (distance < s.second) {
+      s.second = distance;
     }
-    if (second < stop) stop = second;
+    if (s.second < s.stop) s.stop = s.second;
   }
-  if (best > params_.max_distance) return;
-  if (second != UINT32_MAX && static_cast<float>(best) > params_.ratio * static_cast<float>(second)) return;
-  const std::int16_t rival = taken_by_[best_index];
+  search_ = s;
+}
+
+void MatchJob::decide() {
+  const Search& s = search_;
+  if (s.best > params_.max_distance) return;
+  if (s.second != UINT32_MAX && static_cast<float>(s.best) > params_.ratio * static_cast<float>(s.second))
+    return;
+  const std::int16_t rival = taken_by_[s.best_index];
   if (rival != kNone) {
-    if (taken_distance_[best_index] <= best) return;
+    if (taken_distance_[s.best_index] <= s.best) return;
     partner_[rival] = kNone;
     --count_;
   }
-  taken_by_[best_index] = static_cast<std::int16_t>(i);
-  taken_distance_[best_index] = best;
-  partner_[i] = static_cast<std::int16_t>(best_index);
+  taken_by_[s.best_index] = static_cast<std::int16_t>(next_);
+  taken_distance_[s.best_index] = s.best;
+  partner_[next_] = static_cast<std::int16_t>(s.best_index);
   ++count_;
 }
 

@@ -30,24 +30,43 @@ struct MatchParams {
 class MatchJob {
  public:
   static constexpr std::int16_t kNone = -1;
+  static constexpr std::uint32_t kUnitTargets = 190;
+  /// `first`: of the query feature.
+  static constexpr std::uint32_t unit_ops(std::uint32_t targets, bool first) {
+    return (first ? 8U : 0U) + 100U * targets;
+  }
 
   /// Query i of `query` looks in windows[i] of `target`. All are borrowed until done.
   void start(const MatchParams& params, const FeatureSet& query, const FeatureSet& target,
              const FixedVector<SearchWindow, cfg::kMaxFeatures>& windows);
-  /// Unit: one query feature.
+  /// Unit: one query feature, against so many of the target.
   Progress step(WorkBudget& budget);
   /// Index of the partner of query i, or kNone. Valid when done.
   std::int16_t partner(std::size_t i) const { return partner_[i]; }
   std::size_t count() const { return count_; }
 
  private:
-  void match_one(std::size_t i);
+  /// Of one query feature.
+  struct Search {
+    std::size_t at = 0;  ///< in the target
+    std::size_t end = 0;
+    std::uint32_t best = UINT32_MAX;
+    std::uint32_t second = UINT32_MAX;
+    std::uint32_t stop = 0;
+    std::size_t best_index = 0;
+  };
+
+  void open();
+  void look(std::size_t end);
+  void decide();
 
   MatchParams params_;
   const FeatureSet* query_ = nullptr;
   const FeatureSet* target_ = nullptr;
   const FixedVector<SearchWindow, cfg::kMaxFeatures>* windows_ = nullptr;
   std::size_t next_ = 0;
+  bool opened_ = false;  ///< its search has begun
+  Search search_;
   std::size_t count_ = 0;
   std::int16_t partner_[cfg::kMaxFeatures] = {};
   std::int16_t taken_by_[cfg::kMaxFeatures] = {};  ///< query that holds target j, or kNone

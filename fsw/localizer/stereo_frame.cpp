@@ -36,6 +36,7 @@ void StereoFrameJob::init(const StereoFrameParams& params, const StereoRig& rig,
 StereoStatus StereoFrameJob::start(const ImageU8& left, const ImageU8& right, StereoFrame& frame) {
   cursor_ = 0;
   phase_ = Phase::kLeft;
+  worked_ = false;
   features_left_ = features_right_ = ground_features_ = points_ = 0;
   right_image_ = right;
   frame_ = &frame;
@@ -54,38 +55,48 @@ Progress StereoFrameJob::step(WorkBudget& budget) {
 }
 
 bool StereoFrameJob::run_phase(WorkBudget& budget) {
-  FixedVector<StereoPoint, cfg::kMaxFeatures>& points = frame_->points;
+  if (!worked_ && work(budget) == Progress::kMore) return false;
+  worked_ = true;
+  if (!budget.take(kOverPointsOps)) return false;
+  worked_ = false;
+  next_phase();
+  return true;
+}
+
+Progress StereoFrameJob::work(WorkBudget& budget) {
+  const FixedVector<StereoPoint, cfg::kMaxFeatures>& points = frame_->points;
   switch (phase_) {
-    case Phase::kLeft:
-      if (frame_->left.step(budget) == Progress::kMore) return false;
-      if (right_.start(right_image_) != ExtractStatus::kRunning) status_ = StereoStatus::kBadImage;
-      phase_ = Phase::kRight;
-      return true;
-    case Phase::kRight:
-      if (right_.step(budget) == Progress::kMore) return false;
-      begin_match();
-      return true;
-    case Phase::kMatch:
-      if (match_.step(budget) == Progress::kMore) return false;
-      collect();
-      return true;
+    case Phase::kLeft: return frame_->left.step(budget);
+    case Phase::kRight: return right_.step(budget);
+    case Phase::kMatch: return match_.step(budget);
     case Phase::kPlane:
       for (; cursor_ < kPlaneIterations; ++cursor_) {
-        if (!budget.take(20U * static_cast<std::uint32_t>(points.size() + 1))) return false;
+        if (!budget.take(20U * static_cast<std::uint32_t>(points.size() + 1))) return Progress::kMore;
         fit_plane(cursor_ == 0);
       }
-      take_plane();
-      return true;
+      break;
     case Phase::kRefine:
       for (; cursor_ < points.size(); ++cursor_) {
         if (!points[cursor_].valid) continue;
-        if (!budget.take(kTemplateOps + kAlignOps)) return false;
+        if (!budget.take(kTemplateOps + kAlignOps)) return Progress::kMore;
         refine_point(cursor_);
       }
-      count_points();
-      return true;
+      break;
   }
-  return true;
+  return Progress::kDone;
+}
+
+void StereoFrameJob::next_phase() {
+  switch (phase_) {
+    case Phase::kLeft:
+      if (right_.start(right_image_) != ExtractStatus::kRunning) status_ = StereoStatus::kBadImage;
+      phase_ = Phase::kRight;
+      break;
+    case Phase::kRight: begin_match(); break;
+    case Phase::kMatch: collect(); break;
+    case Phase::kPlane: take_plane(); break;
+    case Phase::kRefine: count_points(); break;
+  }
 }
 
 void StereoFrameJob::begin_match() {

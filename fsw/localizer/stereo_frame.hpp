@@ -7,7 +7,7 @@
 /// so its bias cancels.
 ///
 /// Cost. Units: those of extractor and matcher, one iteration of the plane (20 operations a point), the
-/// refinement of one point (kTemplateOps + kAlignOps).
+/// refinement of one point (kTemplateOps + kAlignOps), and once over all points after each (kOverPointsOps).
 #pragma once
 
 #include <cstdint>
@@ -66,6 +66,9 @@ struct StereoFrame {
   bool on_plane(std::size_t i) const;
 };
 
+/// What is done once for each point between two stages of the work, a unit of its own.
+inline constexpr std::uint32_t kOverPointsOps = 30U * cfg::kMaxFeatures;
+
 /// Rows of a refined match may differ by so many pixels; beyond it the rig is not rectified.
 inline constexpr float kMaxRowOffset_px = 1.5F;
 
@@ -93,6 +96,8 @@ class StereoFrameJob {
   enum class Phase : std::uint8_t { kLeft, kRight, kMatch, kPlane, kRefine };
 
   bool run_phase(WorkBudget& budget);  ///< false: budget spent
+  Progress work(WorkBudget& budget);   ///< of the phase
+  void next_phase();
   void begin_match();
   void collect();
   void fit_plane(bool first);
@@ -105,6 +110,7 @@ class StereoFrameJob {
   int min_points_ = 0;
   StereoStatus status_ = StereoStatus::kIdle;
   Phase phase_ = Phase::kLeft;
+  bool worked_ = false;  ///< the phase's work is done
   std::size_t cursor_ = 0;
   int features_left_ = 0;
   int ground_features_ = 0;  ///< of these, outside `own`

@@ -66,6 +66,7 @@ void VisualOdometry::predict(const Pose3* motion_prior) {
 VoStatus VisualOdometry::start(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior) {
   result_ = {};
   phase_ = Phase::kStereo;
+  worked_ = false;
   predict(motion_prior);
   const bool started = stereo_.start(left, right, current()) == StereoStatus::kRunning;
   return status_ = started ? VoStatus::kRunning : VoStatus::kBadImage;
@@ -79,45 +80,61 @@ Progress VisualOdometry::step(WorkBudget& budget) {
 }
 
 bool VisualOdometry::run_phase(WorkBudget& budget) {
+  if (!worked_ && work(budget) == Progress::kMore) return false;
+  worked_ = true;
+  if (!budget.take(kOverPointsOps)) return false;
+  worked_ = false;
+  next_phase();
+  return true;
+}
+
+Progress VisualOdometry::work(WorkBudget& budget) {
   switch (phase_) {
-    case Phase::kStereo:
-      if (stereo_.step(budget) == Progress::kMore) return false;
-      take_stereo();
-      return true;
-    case Phase::kMatch:
-      if (match_.step(budget) == Progress::kMore) return false;
-      begin_ransac();
-      return true;
-    case Phase::kRansac:
-      if (ransac_.step(budget) == Progress::kMore) return false;
-      begin_consensus();
-      return true;
+    case Phase::kStereo: return stereo_.step(budget);
+    case Phase::kMatch: return match_.step(budget);
+    case Phase::kRansac: return ransac_.step(budget);
     case Phase::kConsensus:
-      if (refine_.step(budget) == Progress::kMore) return false;
-      begin_alignment(refine_.status() == MotionStatus::kEstimated ? refine_.result().T_cur_ref
-                                                                   : ransac_.result().T_cur_ref);
-      return true;
+    case Phase::kRefine: return refine_.step(budget);
     case Phase::kAlign:
       for (; cursor_ < reference().points.size(); ++cursor_) {
         if (!reference().points[cursor_].valid) continue;
-        if (!budget.take(kTemplateOps + 2U * kAlignOps)) return false;
-        align_point(cursor_);
+        if (!aligned_.half) {
+          if (!budget.take(kTemplateOps + kAlignOps)) return Progress::kMore;
+          if (!align_left(cursor_)) continue;
+          aligned_.half = true;
+        }
+        if (!budget.take(kAlignOps)) return Progress::kMore;
+        align_right(cursor_);
+        aligned_.half = false;
       }
+      break;
+  }
+  return Progress::kDone;
+}
+
+void VisualOdometry::next_phase() {
+  switch (phase_) {
+    case Phase::kStereo: take_stereo(); break;
+    case Phase::kMatch: begin_ransac(); break;
+    case Phase::kRansac: begin_consensus(); break;
+    case Phase::kConsensus:
+      begin_alignment(refine_.status() == MotionStatus::kEstimated ? refine_.result().T_cur_ref
+                                                                   : ransac_.result().T_cur_ref);
+      break;
+    case Phase::kAlign:
       if (refine_.start(params_.motion, rig_, pairs_, T_cur_ref_) != MotionStatus::kRunning) {
         lose(VoStatus::kNoConsensus);
       }
       phase_ = Phase::kRefine;
-      return true;
+      break;
     case Phase::kRefine:
-      if (refine_.step(budget) == Progress::kMore) return false;
       if (refine_.status() == MotionStatus::kEstimated) {
         if (!align_again()) accept(refine_.result());
       } else {
         lose(VoStatus::kNoConsensus);
       }
-      return true;
+      break;
   }
-  return true;
 }
 
 void VisualOdometry::take_stereo() {
@@ -295,6 +312,7 @@ void VisualOdometry::start_alignment() {
   ++alignments_;
   pairs_.clear();
   cursor_ = 0;
+  aligned_.half = false;
   phase_ = Phase::kAlign;
 }
 
@@ -324,21 +342,20 @@ bool VisualOdometry::align_again() {
   return true;
 }
 
-void VisualOdometry::align_point(std::size_t i) {
+bool VisualOdometry::align_left(std::size_t i) {
   const StereoFrame& ref = reference();
   const StereoPoint& point = ref.points[i];
   const Feature& f = ref.feature(i);
-  const Vec3 p_ref = ref.point_m(rig_, i);
-  const Vec3 p_cur = T_cur_ref_ * p_ref;
-  if (!(p_cur.z() > kMinDepth)) return;
-  const StereoPixel predicted = project(rig_, p_cur);
-  if (params_.own.covers(predicted.u_left, predicted.v_left)) return;
-  PatchTemplate patch;
-  if (cut_template(ref.left.smooth(), f.iu, f.iv, patch) != AlignStatus::kAligned) return;
+  const Vec3 p_cur = T_cur_ref_ * ref.point_m(rig_, i);
+  if (!(p_cur.z() > kMinDepth)) return false;
+  const StereoPixel predicted = aligned_.predicted = project(rig_, p_cur);
+  if (params_.own.covers(predicted.u_left, predicted.v_left)) return false;
+  if (cut_template(ref.left.smooth(), f.iu, f.iv, aligned_.patch) != AlignStatus::kAligned) return false;
 
   // The warps from the template into both images: where do neighbours on the ground's plane go?
   float warp_left[4] = {kIdentity[0], kIdentity[1], kIdentity[2], kIdentity[3]};
-  float warp_right[4] = {kIdentity[0], kIdentity[1], kIdentity[2], kIdentity[3]};
+  float* const warp_right = aligned_.warp_right;
+  for (int k = 0; k < 4; ++k) warp_right[k] = kIdentity[k];
   const bool sloped = ref.on_plane(i);
   for (int axis = 0; axis < 2; ++axis) {
     constexpr double kStep = 4.0;
@@ -347,24 +364,29 @@ void VisualOdometry::align_point(std::size_t i) {
     neighbour.u_left = f.iu + (axis == 0 ? kStep : 0.0);
     neighbour.v_left = neighbour.v_right = point.v_px + (axis == 1 ? kStep : 0.0);
     neighbour.u_right = neighbour.u_left - point.d_px - slope * kStep;
-    if (!(neighbour.disparity_px() > 0.5)) return;
+    if (!(neighbour.disparity_px() > 0.5)) return false;
     const Vec3 q = T_cur_ref_ * triangulate(rig_, neighbour);
-    if (!(q.z() > kMinDepth)) return;
+    if (!(q.z() > kMinDepth)) return false;
     const StereoPixel moved = project(rig_, q);
     warp_left[axis] = static_cast<float>((moved.u_left - predicted.u_left) / kStep);
     warp_left[2 + axis] = static_cast<float>((moved.v_left - predicted.v_left) / kStep);
     warp_right[axis] = static_cast<float>((moved.u_right - predicted.u_right) / kStep);
     warp_right[2 + axis] = static_cast<float>((moved.v_right - predicted.v_right) / kStep);
   }
-  const Alignment l = align(patch, current().left.smooth(), static_cast<float>(predicted.u_left),
-                            static_cast<float>(predicted.v_left), warp_left, params_.align);
-  if (l.status != AlignStatus::kAligned) return;
-  const Alignment r = align(patch, stereo_.right().smooth(), static_cast<float>(predicted.u_right),
-                            static_cast<float>(predicted.v_right), warp_right, params_.align);
+  aligned_.left = align(aligned_.patch, current().left.smooth(), static_cast<float>(predicted.u_left),
+                        static_cast<float>(predicted.v_left), warp_left, params_.align);
+  return aligned_.left.status == AlignStatus::kAligned;
+}
+
+void VisualOdometry::align_right(std::size_t i) {
+  const StereoPixel& predicted = aligned_.predicted;
+  const Alignment& l = aligned_.left;
+  const Alignment r = align(aligned_.patch, stereo_.right().smooth(), static_cast<float>(predicted.u_right),
+                            static_cast<float>(predicted.v_right), aligned_.warp_right, params_.align);
   if (r.status != AlignStatus::kAligned || std::fabs(r.v - l.v) > kMaxRowOffset_px) return;
   MotionPair pair;
-  pair.p_ref_m = p_ref;
-  pair.d_ref_px = point.d_px;
+  pair.p_ref_m = reference().point_m(rig_, i);
+  pair.d_ref_px = reference().points[i].d_px;
   pair.seen = sampson_correct(rectification().correct({l.u, l.v, r.u, r.v}));
   pair.source = static_cast<std::uint16_t>(i);
   if (!(pair.seen.disparity_px() > 0.5)) return;

@@ -100,6 +100,8 @@ class VisualOdometry {
   StereoFrame& current() { return frames_[1 - reference_]; }
   StereoFrame& reference() { return frames_[reference_]; }
   bool run_phase(WorkBudget& budget);  ///< false: budget spent
+  Progress work(WorkBudget& budget);   ///< of the phase
+  void next_phase();
   void take_stereo();
   void begin_match(bool wide);
   void begin_ransac();
@@ -110,7 +112,9 @@ class VisualOdometry {
   void start_alignment();
   /// True where the refined motion moved the predictions so far that patches left out may now be found.
   bool align_again();
-  void align_point(std::size_t i);
+  /// The left half first; false: the point cannot be found there.
+  bool align_left(std::size_t i);
+  void align_right(std::size_t i);
   void accept(const MotionResult& motion);
   void finish(VoStatus status);
   void lose(VoStatus status);  ///< the frame becomes the reference, the step is unknown
@@ -121,6 +125,7 @@ class VisualOdometry {
   StereoRig rig_;
   VoStatus status_ = VoStatus::kIdle;
   Phase phase_ = Phase::kStereo;
+  bool worked_ = false;  ///< the phase's work is done
   std::size_t cursor_ = 0;
 
   int reference_ = 0;
@@ -146,6 +151,15 @@ class VisualOdometry {
   MatchJob match_;
   MotionPairs pairs_;
   std::size_t still_pairs_ = 0;  ///< that stand behind those in `pairs_`
+  /// The point at hand.
+  struct Aligned {
+    PatchTemplate patch;
+    Alignment left;
+    StereoPixel predicted;
+    float warp_right[4] = {};
+    bool half = false;  ///< found on the left
+  };
+  Aligned aligned_;
   RansacMotionJob ransac_;
   RefineMotionJob refine_;
 };

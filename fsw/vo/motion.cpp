@@ -8,6 +8,7 @@ namespace cairn {
 namespace {
 
 constexpr double kMinDepth = 0.05;
+constexpr double kBinsPerUnit = 4.0;  // of the histogram of residuals
 
 bool usable(const MotionPairs& pairs) {
   for (const MotionPair& p : pairs) {
@@ -239,60 +240,89 @@ MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig&
   pairs_ = &pairs;
   T_cur_ref_ = T_cur_ref;
   iteration_ = 0;
+  begin_pass(Pass::kScale);
   return status_;
 }
 
 Progress RefineMotionJob::step(WorkBudget& budget) {
-  if (status_ != MotionStatus::kRunning) return Progress::kDone;
-  const auto unit = 500U * static_cast<std::uint32_t>(pairs_->size());
-  while (iteration_ < params_.iterations) {
-    if (!budget.take(unit)) return Progress::kMore;
-    ++iteration_;
-    if (iterate()) break;
-    if (status_ != MotionStatus::kRunning) return Progress::kDone;
+  while (status_ == MotionStatus::kRunning) {
+    const std::size_t left = pairs_->size() - cursor_;
+    const std::size_t count = left < kUnitPairs ? left : kUnitPairs;
+    const std::uint32_t each = kPairOps[static_cast<std::size_t>(pass_)];
+    if (!budget.take(each * static_cast<std::uint32_t>(count))) return Progress::kMore;
+    const std::size_t end = cursor_ + count;
+    switch (pass_) {
+      case Pass::kScale: measure(end); break;
+      case Pass::kAccumulate: accumulate_pairs(end); break;
+      case Pass::kJudge: judge(end); break;
+    }
+    cursor_ = end;
+    if (cursor_ == pairs_->size()) end_pass();
   }
-  iteration_ = params_.iterations;
-  if (!budget.take(unit)) return Progress::kMore;
-  status_ = finish();
   return Progress::kDone;
 }
 
-/// How many times sigma_px the residuals really are: the median of the Mahalanobis distances over that of a
-/// chi distribution with three degrees of freedom, at least 1. Counted in a histogram:
-/// no sorting, bounded work.
-double RefineMotionJob::residual_scale() const {
-  constexpr int kBins = 128;
-  constexpr double kPerUnit = 4.0;
-  constexpr double kChiMedian = 1.538;
-  std::uint16_t histogram[kBins] = {};
-  int count = 0;
-  const Motion motion(T_cur_ref_);
-  for (const MotionPair& pair : *pairs_) {
-    Residual o;
-    if (!residual_of(rig_, pair, motion, o)) continue;
-    const double m = std::sqrt(o.squared > 0.0 ? o.squared : 0.0) / params_.sigma_px;
-    ++histogram[m * kPerUnit < kBins - 1 ? static_cast<int>(m * kPerUnit) : kBins - 1];
-    ++count;
+void RefineMotionJob::begin_pass(Pass pass) {
+  pass_ = pass;
+  cursor_ = 0;
+  histogram_ = {};
+  tail_ = {};
+}
+
+void RefineMotionJob::end_pass() {
+  switch (pass_) {
+    case Pass::kScale:
+      sigma_px_ = params_.sigma_px * residual_scale();
+      information_.setZero();
+      gradient_.setZero();
+      begin_pass(Pass::kAccumulate);
+      break;
+    case Pass::kAccumulate: {
+      ++iteration_;
+      const bool converged = move();
+      begin_pass(converged || iteration_ == params_.iterations ? Pass::kJudge : Pass::kScale);
+      break;
+    }
+    case Pass::kJudge: status_ = finish(); break;
   }
+}
+
+void RefineMotionJob::measure(std::size_t end) {
+  constexpr int kLast = Histogram::kBins - 1;
+  const Motion motion(T_cur_ref_);
+  for (std::size_t i = cursor_; i < end; ++i) {
+    Residual o;
+    if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
+    const double m = std::sqrt(o.squared > 0.0 ? o.squared : 0.0) / params_.sigma_px;
+    ++histogram_.bin[m * kBinsPerUnit < kLast ? static_cast<int>(m * kBinsPerUnit) : kLast];
+    ++histogram_.count;
+  }
+}
+
+/// How many times sigma_px the residuals really are: the median of the Mahalanobis distances over that of a
+/// chi distribution with three degrees of freedom, at least 1.
+double RefineMotionJob::residual_scale() const {
+  constexpr double kChiMedian = 1.538;
   int below = 0;
   int bin = 0;
-  while (bin < kBins - 1 && 2 * (below + histogram[bin]) < count) below += histogram[bin++];
-  const double scale = (bin + 0.5) / kPerUnit / kChiMedian;
+  while (bin < Histogram::kBins - 1 && 2 * (below + histogram_.bin[bin]) < histogram_.count)
+    below += histogram_.bin[bin++];
+  const double scale = (bin + 0.5) / kBinsPerUnit / kChiMedian;
   return scale > 1.0 ? scale : 1.0;
 }
 
-bool RefineMotionJob::iterate() {
-  information_.setZero();
-  Vec6 gradient = Vec6::Zero();
-  sigma_px_ = params_.sigma_px * residual_scale();
+void RefineMotionJob::accumulate_pairs(std::size_t end) {
   const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
   const Motion motion(T_cur_ref_);
-  for (const MotionPair& pair : *pairs_) {
+  for (std::size_t i = cursor_; i < end; ++i) {
     Residual o;
-    if (!residual_of(rig_, pair, motion, o)) continue;
-    accumulate(o, 1.0 / (s2 + o.squared / c2), information_, gradient);
+    if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
+    accumulate(o, 1.0 / (s2 + o.squared / c2), information_, gradient_);
   }
+}
+
+bool RefineMotionJob::move() {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < i; ++j) information_(j, i) = information_(i, j);
   }
@@ -302,7 +332,7 @@ bool RefineMotionJob::iterate() {
     status_ = MotionStatus::kDegenerate;
     return false;
   }
-  const Vec6 step = ldlt.solve(gradient);
+  const Vec6 step = ldlt.solve(gradient_);
   const Vec3 w(step[0], step[1], step[2]);
   const Quat dq = quat_exp(w);
   T_cur_ref_.t = dq * T_cur_ref_.t + Vec3(step[3], step[4], step[5]);
@@ -314,35 +344,33 @@ bool RefineMotionJob::iterate() {
   return step.head<3>().squaredNorm() < 1.0e-16 && step.tail<3>().squaredNorm() < 1.0e-16;
 }
 
-MotionStatus RefineMotionJob::finish() {
-  result_.T_cur_ref = T_cur_ref_;
+void RefineMotionJob::judge(std::size_t end) {
   const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
-  double sum = 0.0;
-  double weights = 0.0;
-  double pulls2 = 0.0;  // squares of the weighted residuals, of one coordinate
-  double slopes = 0.0;  // what a weighted residual changes by with its residual, of one coordinate
   const Motion motion(T_cur_ref_);
-  for (std::size_t i = 0; i < pairs_->size(); ++i) {
-    const MotionPair& pair = (*pairs_)[i];
+  for (std::size_t i = cursor_; i < end; ++i) {
     inlier_[i] = false;
     Residual o;
-    if (!residual_of(rig_, pair, motion, o)) continue;
+    if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
     const double m2 = o.squared / s2;
     const double w = 1.0 / (1.0 + m2 / c2);
-    weights += w;
-    pulls2 += w * w * m2 / 3.0;
-    slopes += w - 2.0 * w * w * m2 / (3.0 * c2);
+    tail_.weights += w;
+    tail_.pulls2 += w * w * m2 / 3.0;
+    tail_.slopes += w - 2.0 * w * w * m2 / (3.0 * c2);
     if (m2 > 9.0 * 3.0) continue;
     inlier_[i] = true;
     ++result_.inliers;
-    sum += o.u * o.u + o.v * o.v + o.d * o.d;
+    tail_.squares += o.u * o.u + o.v * o.v + o.d * o.d;
   }
+}
+
+MotionStatus RefineMotionJob::finish() {
+  result_.T_cur_ref = T_cur_ref_;
   if (result_.inliers < params_.min_inliers) return MotionStatus::kNoConsensus;
-  result_.rms_px = std::sqrt(sum / (3.0 * result_.inliers));
+  result_.rms_px = std::sqrt(tail_.squares / (3.0 * result_.inliers));
   // Covariance of an M-estimator (Huber 1981, 6.3) from what the residuals really were: sigma_px is a guess,
   // and weights that spare outliers also spare some of the good. information_ holds the weights once.
-  const double scale = pulls2 * weights / (slopes * slopes);
+  const double scale = tail_.pulls2 * tail_.weights / (tail_.slopes * tail_.slopes);
   const Eigen::LDLT<Mat6> ldlt(information_);
   for (int k = 0; k < 6; ++k) {
     Vec6 unit = Vec6::Zero();

@@ -95,9 +95,13 @@ class RansacMotionJob {
 /// Robust refinement from a start motion.
 class RefineMotionJob {
  public:
+  static constexpr std::size_t kUnitPairs = 40;
+  /// Of a pair: 200 to measure its residual and 300 to add it up, or 500 to judge it.
+  static constexpr std::uint32_t kPairOps[3] = {200, 300, 500};
+
   MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs,
                      const Pose3& T_cur_ref);
-  /// Unit: one Gauss-Newton iteration over all pairs.
+  /// Unit: so many pairs, in one of an iteration's two passes or in the last one.
   Progress step(WorkBudget& budget);
   MotionStatus status() const { return status_; }
   const MotionResult& result() const { return result_; }
@@ -105,9 +109,34 @@ class RefineMotionJob {
   bool is_inlier(std::size_t i) const { return inlier_[i]; }
 
  private:
+  /// Passes over all pairs: the first two are an iteration of Gauss and Newton.
+  enum class Pass : std::uint8_t {
+    kScale,       ///< how large the residuals are
+    kAccumulate,  ///< normal equations
+    kJudge,       ///< inliers and covariance at the solution
+  };
+  /// Residuals counted by size, of which the median is wanted: no sorting, bounded work.
+  struct Histogram {
+    static constexpr int kBins = 128;
+    std::uint16_t bin[kBins] = {};
+    int count = 0;
+  };
+  /// Of the last pass.
+  struct Tail {
+    double squares = 0.0;
+    double weights = 0.0;
+    double pulls2 = 0.0;  ///< squares of the weighted residuals, of one coordinate
+    double slopes = 0.0;  ///< what a weighted residual changes by with its residual, of one coordinate
+  };
+
+  void begin_pass(Pass pass);
+  void end_pass();
+  void measure(std::size_t end);
+  void accumulate_pairs(std::size_t end);
+  void judge(std::size_t end);
   double residual_scale() const;
   /// True when converged.
-  bool iterate();
+  bool move();
   MotionStatus finish();
 
   MotionStatus status_ = MotionStatus::kIdle;
@@ -115,9 +144,14 @@ class RefineMotionJob {
   StereoRig rig_;
   const MotionPairs* pairs_ = nullptr;
   int iteration_ = 0;
+  Pass pass_ = Pass::kScale;
+  std::size_t cursor_ = 0;
+  Histogram histogram_;
   double sigma_px_ = 0.0;
   Pose3 T_cur_ref_;
   Mat6 information_ = Mat6::Zero();
+  Vec6 gradient_ = Vec6::Zero();
+  Tail tail_;
   MotionResult result_;
   bool inlier_[cfg::kMaxFeatures] = {};
 };
