@@ -461,7 +461,8 @@ FUZZ_FLAGS   := -std=c++17 -O1 -g1 -ffp-contract=off -MMD -MP -Wall -Wextra -Wer
 FUZZ_SRC     := $(sort $(wildcard fsw/orbital_map/*.cpp fsw/core/*.cpp)) \
                 $(addprefix fsw/app/,packet.cpp telecommand.cpp telemetry.cpp) platform/host/assert_handler.cpp
 FUZZERS      := $(patsubst unit_tests/fuzz/%.cpp,build/fuzz/%,$(sort $(wildcard unit_tests/fuzz/fuzz_*.cpp)))
-READERS      := $(filter-out %/fuzz_app,$(FUZZERS))
+OF_GROUND    := $(addprefix build/fuzz/,fuzz_labels fuzz_tables)
+READERS      := $(filter-out %/fuzz_app $(OF_GROUND),$(FUZZERS))
 RUNS         ?= 10000000
 FUZZ_SHORT   := 50000
 build/fuzz/obj/%.o: %.cpp
@@ -479,8 +480,17 @@ build/fuzz/small/%.o: %.cpp
 build/fuzz/fuzz_app: $(patsubst %.cpp,build/fuzz/small/%.o,unit_tests/fuzz/fuzz_app.cpp \
                        $(sort $(wildcard fsw/*/*.cpp)) platform/host/assert_handler.cpp)
 $(READERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(patsubst %.cpp,build/fuzz/obj/%.o,$(FUZZ_SRC))
+# The ground's readers of text, with what they are read through.
+GROUND_FUZZ  := $(sort $(wildcard $(addprefix ground_tools/,base/*.cpp ortho/*.cpp dataset/*.cpp))) \
+                $(sort $(wildcard fsw/core/*.cpp fsw/geometry/*.cpp fsw/image/*.cpp)) platform/host/assert_handler.cpp
+build/fuzz/ground/%.o: %.cpp
+	@mkdir -p $(@D)
+	$(call say,FUZZ,$<)
+	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -Imission_cfg/paper -Iground_tools -isystem /usr/include/gdal -c $< -o $@
+$(OF_GROUND): build/fuzz/%: build/fuzz/ground/unit_tests/fuzz/%.o $(GROUND_FUZZ:%.cpp=build/fuzz/ground/%.o)
+$(OF_GROUND): FUZZ_LIBS := -lgdal -lyaml-cpp -lfmt
 $(FUZZERS):
-	$(Q)$(FUZZ_CXX) -fsanitize=fuzzer,address,undefined $^ -o $@
+	$(Q)$(FUZZ_CXX) -fsanitize=fuzzer,address,undefined $^ $(FUZZ_LIBS) -o $@
 check-fuzz: $(FUZZERS)
 	@rm -rf build/fuzz/short
 	@unit_tests/fuzz/run.sh $$(($(FUZZ_SHORT) * $(words $(READERS)))) 1 build/fuzz/short $(READERS)

@@ -8,13 +8,22 @@
 
 namespace cairn::ground {
 
-/// Bad input to a tool. `main` prints `cairn: <what>` on stderr and exits with 1.
+/// Bad input to a tool. `main` prints `cairn: <what>` on stderr and exits with 1. One line, whatever is quoted:
+/// control characters are blanks.
 class ToolError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit ToolError(const std::string& words) : std::runtime_error(one_line(words)) {}
   template <typename... Args>
   explicit ToolError(fmt::format_string<Args...> format, Args&&... args)
-      : std::runtime_error(fmt::format(format, std::forward<Args>(args)...)) {}
+      : ToolError(fmt::format(format, std::forward<Args>(args)...)) {}
+
+ private:
+  static std::string one_line(std::string words) {
+    for (char& c : words) {
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = ' ';
+    }
+    return words;
+  }
 };
 
 /// Throws ToolError where `value` is not within `least` to `most`, or is NaN.

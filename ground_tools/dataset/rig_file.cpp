@@ -167,14 +167,15 @@ struct TaggedRows {
   std::map<std::string, std::pair<int, Numbers>> rows;
 
   bool has(const std::string& tag) const { return rows.count(tag) != 0; }
-  std::string where(const std::string& tag) const {
-    return fmt::format("{}:{}", path.string(), rows.at(tag).first);
-  }
-  const Numbers& at(const std::string& tag) const {
+  const std::pair<int, Numbers>& row(const std::string& tag) const {
     const auto found = rows.find(tag);
     if (found == rows.end()) throw ToolError("{}: has no row `{}`; add it", path.string(), tag);
-    return found->second.second;
+    return found->second;
   }
+  std::string where(const std::string& tag) const {
+    return fmt::format("{}:{}", path.string(), row(tag).first);
+  }
+  const Numbers& at(const std::string& tag) const { return row(tag).second; }
   double number(const std::string& tag) const {
     const Numbers& v = at(tag);
     if (v.size() != 1) throw ToolError("{}: `{}` is one number", where(tag), tag);
@@ -195,13 +196,20 @@ TaggedRows tagged(const fs::path& path, const std::vector<TextLine>& lines, char
   return out;
 }
 
+/// Width and height; what can be neither is not known.
+void take_size(const Numbers& size, CameraModel& camera) {
+  constexpr double kMostPx = 1e6;
+  if (size.size() != 2 || !(size[0] >= 1.0 && size[0] <= kMostPx && size[1] >= 1.0 && size[1] <= kMostPx))
+    return;
+  camera.width_px = static_cast<int>(size[0]);
+  camera.height_px = static_cast<int>(size[1]);
+}
+
 CameraPair read_kitti_raw(const TaggedRows& rows, const RigQuestion& question) {
   const std::string a = question.colour ? "02" : "00", b = question.colour ? "03" : "01";
   const bool has_raw = rows.has("K_" + a) && rows.has("D_" + a) && rows.has("T_" + b);
   const auto size = [&](const std::string& tag, CameraModel& camera) {
-    if (!rows.has(tag) || rows.at(tag).size() != 2) return;
-    camera.width_px = static_cast<int>(rows.at(tag)[0]);
-    camera.height_px = static_cast<int>(rows.at(tag)[1]);
+    if (rows.has(tag)) take_size(rows.at(tag), camera);
   };
   CameraPair pair;
   if (question.images == ImagesAre::kRectified || !has_raw) {
@@ -274,8 +282,7 @@ CameraPair read_middlebury(const TaggedRows& rows) {
   for (const auto& [tag, camera] : {std::pair("cam0", &pair.left), {"cam1", &pair.right}}) {
     take_camera_matrix(rows.path.string() + ": " + tag, rows.at(tag), *camera);
     if (!rows.has("width") || !rows.has("height")) continue;
-    camera->width_px = static_cast<int>(rows.number("width"));
-    camera->height_px = static_cast<int>(rows.number("height"));
+    take_size({rows.number("width"), rows.number("height")}, *camera);
   }
   constexpr double kMetre_mm = 1.0e-3;
   pair.T_right_left.t = Vec3(-rows.number("baseline") * kMetre_mm, 0.0, 0.0);
@@ -356,12 +363,6 @@ class Keys {
   std::string path_;
   std::map<std::string, YAML::Node> values_;
 };
-
-void take_size(const Numbers& size, CameraModel& camera) {
-  if (size.size() != 2) return;
-  camera.width_px = static_cast<int>(size[0]);
-  camera.height_px = static_cast<int>(size[1]);
-}
 
 /// kalibr's and EuRoC's way of one camera.
 void take_asl_camera(const Keys& keys, CameraModel& camera) {

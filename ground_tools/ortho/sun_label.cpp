@@ -58,9 +58,9 @@ double azimuth_from_right(double sun_deg, std::optional<double> north_deg, const
 /// The first doubles of a table's first record.
 bool read_table(const Json& label, const char* table, const char* first_field, std::size_t count,
                 double* values) {
-  const Json& at = label.value(table, Json());
+  const Json at = label.value(table, Json());
   if (!at.is_object() || !at.contains(first_field) || !at.value("StartByte", Json()).is_number_integer() ||
-      at.value("ByteOrder", std::string("Lsb")) != "Lsb" || !label.value("_filename", Json()).is_string()) {
+      at.value("ByteOrder", Json("Lsb")) != "Lsb" || !label.value("_filename", Json()).is_string()) {
     return false;
   }
   std::ifstream file(label["_filename"].get<std::string>(), std::ios::binary);
@@ -82,9 +82,9 @@ Mat3 rotation(const double q[4]) {
   return m;
 }
 
-/// From what spiceinit left in an ISIS cube: sun's elevation and azimuth (from north) in degrees.
-std::optional<Vec2> from_spice(GDALDataset& image, const SiteFrame& middle) {
-  const Json label = isis_label(image);
+}  // namespace
+
+std::optional<Vec2> sun_of_spice(const Json& label, const SiteFrame& middle) {
   if (!label.is_object()) return std::nullopt;
   double sun_km[3] = {};
   double q[4] = {};
@@ -95,13 +95,17 @@ std::optional<Vec2> from_spice(GDALDataset& image, const SiteFrame& middle) {
   const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!(std::fabs(length - 1.0) < 1e-6)) return std::nullopt;
   Vec3 sun = rotation(q) * Vec3(sun_km[0], sun_km[1], sun_km[2]);
-  const Json& constant = label["Table_BodyRotation"].value("ConstantRotation", Json());
+  const Json constant = label["Table_BodyRotation"].value("ConstantRotation", Json());
   if (constant.is_array() && constant.size() == 9) {
     Mat3 m;
-    for (int i = 0; i < 9; ++i) m(i / 3, i % 3) = constant[static_cast<std::size_t>(i)].get<double>();
+    for (int i = 0; i < 9; ++i) {
+      const Json& entry = constant[static_cast<std::size_t>(i)];
+      if (!entry.is_number()) return std::nullopt;
+      m(i / 3, i % 3) = entry.get<double>();
+    }
     sun = (m * sun).eval();
   }
-  if (!(sun.norm() > 0.0)) return std::nullopt;
+  if (!(sun.norm() > 0.0 && std::isfinite(sun.norm()))) return std::nullopt;
   sun /= sun.norm();
   const SinCos lon = sin_cos(middle.longitude_deg * kRadPerDeg);
   const SinCos lat = sin_cos(middle.latitude_deg * kRadPerDeg);
@@ -110,8 +114,6 @@ std::optional<Vec2> from_spice(GDALDataset& image, const SiteFrame& middle) {
   const Vec3 up(lat.cos * lon.cos, lat.cos * lon.sin, lat.sin);
   return Vec2(asin(std::clamp(sun.dot(up), -1.0, 1.0)), atan2(sun.dot(east), sun.dot(north))) * kDegPerRad;
 }
-
-}  // namespace
 
 std::optional<Sun> find_sun(GDALDataset& image) {
   const QuietGdal quiet;
@@ -143,7 +145,7 @@ std::optional<Sun> find_sun(GDALDataset& image) {
         azimuth_from_right(*from_right_deg, first_of(label, {"NORTHAZIMUTH"}), geo, in_map_deg(0.0));
   }
   if ((!elevation_deg || !azimuth_deg) && frame) {
-    if (const std::optional<Vec2> spice_deg = from_spice(image, *frame)) {
+    if (const std::optional<Vec2> spice_deg = sun_of_spice(isis_label(image), *frame)) {
       elevation_deg = spice_deg->x();
       azimuth_deg = in_map_deg(spice_deg->y());
     }

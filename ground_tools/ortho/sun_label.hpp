@@ -1,6 +1,7 @@
 /// Where the sun stood, as an orthoimage's label tells it.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 
 #include "ortho/sun.hpp"
@@ -8,6 +9,8 @@
 class GDALDataset;
 
 namespace cairn::ground {
+
+struct SiteFrame;
 
 /// Looks for the sun in what the image says of itself: GDAL's metadata items, the labels of ISIS cubes, PDS3
 /// and PDS4 products, and a PDS3 label of the same name beside the image (`.LBL`, as HiRISE has them beside
@@ -31,5 +34,9 @@ namespace cairn::ground {
 ///
 /// Nothing where elevation or azimuth is missing, no number, or out of range (elevation 1 to 90 degrees).
 std::optional<Sun> find_sun(GDALDataset& image);
+
+/// Of an ISIS cube's label as GDAL has it in JSON, with the tables of spiceinit: elevation and azimuth from
+/// north, degrees, seen from `middle`. Nothing where they are not there or not as ISIS writes them.
+std::optional<Vec2> sun_of_spice(const nlohmann::json& label, const SiteFrame& middle);
 
 }  // namespace cairn::ground

@@ -5,11 +5,13 @@
 #include <ogr_spatialref.h>
 
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
 
 #include "core/trig.hpp"
 #include "ground_tools/scratch.hpp"
+#include "ortho/site_frame.hpp"
 #include "support/data.hpp"
 
 using namespace cairn;
@@ -185,6 +187,35 @@ void test_isis_cubes(void**) {
   assert_false(sun_of(cairn::test::find_data("hirise/no_change_before.tif")).has_value());
 }
 
+/// Tables of a cube with the body's frame not turned, the sun along x; seen from 30 degrees north of there,
+/// and from 20 east of it. What is not as ISIS writes it is no sun, whatever its type.
+void test_tables_of_spice(void**) {
+  const double values[] = {1.5e8, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
+  const std::string file =
+      scratch.file("cube", {reinterpret_cast<const char*>(values), sizeof values}).string();
+  static nlohmann::json label;
+  label = {{"Table_SunPosition", {{"Field_J2000X", 1}, {"StartByte", 1}, {"ByteOrder", "Lsb"}}},
+           {"Table_BodyRotation", {{"Field_J2000Q0", 1}, {"StartByte", 25}}},
+           {"_filename", file}};
+  const auto seen_from = [&](double latitude_deg, double longitude_deg) {
+    const std::optional<Vec2> sun_deg = sun_of_spice(label, {Mat2::Identity(), latitude_deg, longitude_deg});
+    return sun_deg.value_or(Vec2(-1.0, -1.0));
+  };
+  assert_near((seen_from(30.0, 0.0) - Vec2(60.0, 180.0)).norm(), 0.0, 1e-9);
+  assert_near((seen_from(0.0, 20.0) - Vec2(70.0, -90.0)).norm(), 0.0, 1e-9);
+  const nlohmann::json good = label;
+  for (const char* const wrong : {"ByteOrder", "StartByte"}) {
+    label = good;
+    label["Table_SunPosition"][wrong] = nlohmann::json::array({1});
+    assert_near(seen_from(30.0, 0.0).x(), -1.0, 0.0);
+  }
+  label = good;
+  label["Table_BodyRotation"]["ConstantRotation"] = {1, 0, 0, 0, 1, 0, 0, 0, "1"};
+  assert_near(seen_from(30.0, 0.0).x(), -1.0, 0.0);
+  label["Table_BodyRotation"] = 7;
+  assert_near(seen_from(30.0, 0.0).x(), -1.0, 0.0);
+}
+
 }  // namespace
 
 int main() {
@@ -198,6 +229,7 @@ int main() {
       cmocka_unit_test(test_pds4),
       cmocka_unit_test(test_nothing_found),
       cmocka_unit_test(test_isis_cubes),
+      cmocka_unit_test(test_tables_of_spice),
   };
   return cmocka_run_group_tests_name("ground_tools/ortho/sun_label", tests, nullptr, nullptr);
 }
