@@ -8,8 +8,8 @@
 
 namespace cairn::ground {
 
-/// Bad input to a tool. `main` prints `cairn: <what>` on stderr and exits with 1. One line, whatever is quoted:
-/// control characters are blanks.
+/// Bad input to a tool. `main` prints `cairn: <what>` on stderr and exits with 1. It is one line, whatever
+/// it quotes: control characters are blanks.
 class ToolError : public std::runtime_error {
  public:
   explicit ToolError(const std::string& words) : std::runtime_error(one_line(words)) {}

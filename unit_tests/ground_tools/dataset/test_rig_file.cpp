@@ -280,8 +280,7 @@ void test_refusals(void**) {
   assert_refused(read("a.yaml", "P1: [1, x]\nP2: [1]\n"), "not a list of finite numbers");
   assert_refused(read("raw.txt", "P_rect_00: 721.5 0 609.5 0 0 721.5 172.8 0 0 0 1 0\n"),
                  "no row `P_rect_01`");
-  assert_refused(read("raw.txt", "P_rect_02: 721.5 0 609.5 0 0 721.5 172.8 0 0 0 1 0\n"),
-                 "no row `P_rect_0");
+  assert_refused(read("raw.txt", "P_rect_02: 721.5 0 609.5 0 0 721.5 172.8 0 0 0 1 0\n"), "no row `P_rect_0");
   assert_refused(read("a.yaml", "cam0:\n  camera_model: |\n    of two\n    lines\ncam1:\n  a: 1\n"),
                  "a.yaml");
   assert_refused(read("a.txt", "394,205 394,205 255,5 191,5 0,12\n"), "the decimal sign is the point");
