@@ -1,5 +1,5 @@
-// What images say of themselves: metadata items, labels of ISIS, PDS3, PDS4 and VICAR, camera labels. Any bytes
-// are read as a sun that can be, as none, or refused in one line.
+// What images say of themselves: metadata items, labels of ISIS, PDS3, PDS4 and VICAR, camera labels. Any
+// bytes are read as a sun that can be, as none, or refused in one line.
 //
 // Input: which label, then the text.
 #include <gdal_priv.h>

@@ -1,5 +1,5 @@
-// The ground's readers of text: tables of boulders and way-points, rows of numbers, trajectories, calibrations
-// and camera labels. Any bytes are read, or refused in one line.
+// The ground's readers of text: tables of boulders and way-points, rows of numbers, trajectories,
+// calibrations. Any bytes are read, or refused in one line.
 //
 // Input: which reader, then the file.
 #include "base/boulder_table.hpp"
