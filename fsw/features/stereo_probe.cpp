@@ -69,18 +69,17 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
                    ? static_cast<std::uint32_t>(65536.0 / params.uniqueness) + 1U
                    : 0U;
   u_ = v_ = kHalf;
-  prepared_ = false;
+  prepared_ = 0;
   last_d_ = 0;
   return status_ = ProbeStatus::kRunning;
 }
 
 Progress StereoProbeJob::step(WorkBudget& budget) {
   while (status_ == ProbeStatus::kRunning) {
-    if (!prepared_) {
-      if (!budget.take(12U * static_cast<std::uint32_t>(left_.width))) return Progress::kMore;
-      prepare(left_, v_, left_band_, false);
-      prepare(right_, v_, right_band_, true);
-      prepared_ = true;
+    while (prepared_ < 2) {
+      if (!budget.take(6U * static_cast<std::uint32_t>(left_.width))) return Progress::kMore;
+      const bool right = prepared_++ == 1;
+      prepare(right ? right_ : left_, v_, right ? right_band_ : left_band_, right);
     }
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
@@ -91,7 +90,7 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
     if (u_ + kHalf > left_.width) {
       u_ = kHalf;
       v_ += kSpacing;
-      prepared_ = false;
+      prepared_ = 0;
       if (v_ + kHalf > left_.height) status_ = ProbeStatus::kDone;
     }
   }

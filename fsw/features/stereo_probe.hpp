@@ -64,7 +64,7 @@ class StereoProbeJob {
   /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. Images are borrowed until done.
   ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
                     const Vec3& plane);
-  /// Unit: the preparation of one row of probes, or one probe.
+  /// Unit: the preparation of one image's row of probes, or one probe.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
   /// Found disparities, row by row.
@@ -115,8 +115,8 @@ class StereoProbeJob {
   std::uint32_t limit_q16_ = 0;  ///< 1 / uniqueness, rounded up; 0: nothing can be dismissed
   int u_ = 0;
   int v_ = 0;
-  bool prepared_ = false;  ///< the bands hold the rows about v_
-  int last_d_ = 0;         ///< where the last search ended
+  int prepared_ = 0;  ///< bands that hold the rows about v_, of two
+  int last_d_ = 0;    ///< where the last search ended
   Band left_band_;
   Band right_band_;
   Probes probes_;

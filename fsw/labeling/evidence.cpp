@@ -58,27 +58,22 @@ RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params
   regions_ = &regions;
   points_ = &points;
   next_ = 0;
-  phase_ = Phase::kOpen;
   boulders_ = untested_ = 0;
   if (points.empty()) return status_ = RegionEvidenceStatus::kNoPoints;
-  std::size_t i = 0;
-  for (int v = 0; v <= cfg::kImageHeight; ++v) {
-    while (i < points.size() && points[i].v < v) ++i;
-    row_begin_[v] = static_cast<std::uint16_t>(i);
-  }
-  for (SurfacePoint& p : points) p.raised = false;
+  row_ = 0;
+  enter(Phase::kIndex, 0, points.size());
   return status_ = RegionEvidenceStatus::kRunning;
 }
 
 Progress RegionEvidenceJob::step(WorkBudget& budget) {
   if (status_ != RegionEvidenceStatus::kRunning) return Progress::kDone;
-  while (next_ < regions_->size()) {
+  while (phase_ == Phase::kIndex || next_ < regions_->size()) {
     if (phase_ == Phase::kOpen) {
       if (!budget.take(50)) return Progress::kMore;
       open();
       continue;
     }
-    const std::uint32_t each = phase_ == Phase::kGather ? 12U : 9U;
+    const std::uint32_t each = phase_ == Phase::kIndex ? 4U : phase_ == Phase::kGather ? 12U : 9U;
     if (!budget.take(10U + each * static_cast<std::uint32_t>(unit_end() - cursor_))) return Progress::kMore;
     unit();
     if (cursor_ == end_) next_phase();
@@ -134,6 +129,10 @@ void RegionEvidenceJob::next_phase() {
       ++boulders_;
       enter(Phase::kMark, near_begin_, near_end_);
       break;
+    case Phase::kIndex:
+      for (; row_ <= cfg::kImageHeight; ++row_) row_begin_[row_] = static_cast<std::uint16_t>(end_);
+      phase_ = Phase::kOpen;
+      break;
     case Phase::kOpen:
     case Phase::kMark: next_region(); break;
   }
@@ -167,6 +166,7 @@ void RegionEvidenceJob::unit() {
   SurfacePoint* const points = points_->data();
   const std::size_t end = unit_end();
   switch (phase_) {
+    case Phase::kIndex: index(end); break;
     case Phase::kGather:
       for (; cursor_ < end; ++cursor_) gather(cursor_);
       break;
@@ -178,6 +178,15 @@ void RegionEvidenceJob::unit() {
       for (; cursor_ < end; ++cursor_) mark(points[cursor_]);
       break;
     case Phase::kOpen: break;
+  }
+}
+
+void RegionEvidenceJob::index(std::size_t end) {
+  for (; cursor_ < end; ++cursor_) {
+    SurfacePoint& p = (*points_)[cursor_];
+    p.raised = false;
+    for (; row_ <= p.v && row_ <= cfg::kImageHeight; ++row_)
+      row_begin_[row_] = static_cast<std::uint16_t>(cursor_);
   }
 }
 

@@ -34,19 +34,29 @@ int VotingJob::votes(int label_t, int label_t1) const {
 
 VotingStatus VotingJob::associate() {
   if (status_ != VotingStatus::kCollecting) return status_;
-  for (int i = 0; i < labels_t_ * labels_t1_; ++i) {
-    if (votes_[i] < min_votes_) votes_[i] = 0;
-  }
+  status_ = VotingStatus::kRunning;
+  sifted_ = labels_t1_ > 0 ? 0 : labels_t_;
+  if (sifted_ == labels_t_) begin_assignment();
+  return status_;
+}
+
+void VotingJob::begin_assignment() {
   const AssignmentMatrix matrix{votes_, labels_t_, labels_t1_, labels_t1_};
   const AssignmentStatus begun = assignment_.start(matrix, AssignmentSense::kMostVotes);
   CAIRN_ASSERT(begun == AssignmentStatus::kRunning || begun == AssignmentStatus::kSolved);
-  status_ = VotingStatus::kRunning;
   if (begun == AssignmentStatus::kSolved) read_assignment();
-  return status_;
 }
 
 Progress VotingJob::step(WorkBudget& budget) {
   if (status_ != VotingStatus::kRunning) return Progress::kDone;
+  while (sifted_ < labels_t_) {
+    if (!budget.take(2U * static_cast<std::uint32_t>(labels_t1_))) return Progress::kMore;
+    std::uint16_t* const row = votes_ + sifted_ * labels_t1_;
+    for (int i = 0; i < labels_t1_; ++i) {
+      if (row[i] < min_votes_) row[i] = 0;
+    }
+    if (++sifted_ == labels_t_) begin_assignment();
+  }
   if (assignment_.step(budget) == Progress::kMore) return Progress::kMore;
   read_assignment();
   return Progress::kDone;

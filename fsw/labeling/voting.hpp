@@ -5,8 +5,8 @@
 /// region of t+1 goes on which region of t. A pair with fewer than `min_votes` counts as none before the
 /// assignment, so that it cannot push a good one aside; what the assignment pairs without a vote is no match.
 ///
-/// Labels are 1 .. n (0 is 'none'), as in the label images. Cost: start() and associate() pass once over n m
-/// entries, a vote is one operation, step() is the assignment's.
+/// Labels are 1 .. n (0 is 'none'), as in the label images. Cost: start() passes once over n m entries, a
+/// vote is one operation; step() takes 2 an entry, a row a unit, and then what the assignment takes.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ class VotingJob {
   /// One tracked feature in region `label_t` of frame t and `label_t1` of t+1. False where it does not count:
   /// a label is 0 or above the number given, or the job is not collecting. A cell stays at 65535.
   [[nodiscard]] bool add_vote(int label_t, int label_t1);
-  /// 0 for labels that there are not; once associated, 0 below min_votes.
+  /// 0 for labels that there are not; once done, 0 below min_votes.
   int votes(int label_t, int label_t1) const;
 
   /// Ends the collection: kRunning, or kDone where one frame has no labels. Other states stay as they are.
@@ -55,12 +55,14 @@ class VotingJob {
 
  private:
   bool in_range(int label_t, int label_t1) const;
+  void begin_assignment();
   void read_assignment();
 
   VotingStatus status_ = VotingStatus::kIdle;
   int labels_t_ = 0;
   int labels_t1_ = 0;
   int min_votes_ = 1;
+  int sifted_ = 0;  ///< rows of votes without those that are too few
   std::uint16_t votes_[cfg::kMaxLabels * cfg::kMaxLabels] = {};  ///< row-major, stride labels_t1_
   AssignmentJob<cfg::kMaxLabels> assignment_;
   VotingResult result_;

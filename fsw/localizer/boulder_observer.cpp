@@ -3,6 +3,12 @@
 #include <cmath>
 
 namespace cairn {
+namespace {
+
+constexpr std::uint32_t kRun = 512;      // surface points looked at in one unit
+constexpr std::uint32_t kCarried = 128;  // points of the last frame carried over in one
+
+}  // namespace
 
 void BoulderObserver::init(const BoulderParams& params, const StereoRig& rig) {
   params_ = params;
@@ -48,47 +54,74 @@ Progress BoulderObserver::step(WorkBudget& budget) {
 }
 
 bool BoulderObserver::run_phase(WorkBudget& budget) {
-  switch (phase_) {
-    case Phase::kSegment:
-      if (segmentation_.step(budget) == Progress::kMore) return false;
-      if (segmentation_.status() != SegmentationStatus::kDone) {
-        finish(ObserveStatus::kNoRegions);
-        return true;
-      }
-      phase_ = Phase::kProbe;
-      return true;
-    case Phase::kProbe:
-      if (probe_.step(budget) == Progress::kMore) return false;
-      surface_.clear();
-      cursor_ = 0;
-      phase_ = Phase::kLift;
-      return true;
-    case Phase::kLift:
-      for (; cursor_ < probe_.result().size(); ++cursor_) {
-        if (!budget.take(60U)) return false;
-        lift(probe_.result()[cursor_]);
-      }
-      begin_evidence();
-      return true;
-    case Phase::kEvidence:
-      if (evidence_.step(budget) == Progress::kMore) return false;
-      begin_clustering();
-      return true;
-    case Phase::kCluster:
-      if (clustering_.step(budget) == Progress::kMore) return false;
-      phase_ = Phase::kObserve;
-      return true;
-    case Phase::kObserve:
-      if (!budget.take(100U * static_cast<std::uint32_t>(raised_.size() + cfg::kMaxLabels))) return false;
-      observe_clusters();
-      begin_vote();
-      return true;
-    case Phase::kVote:
-      if (voting_.step(budget) == Progress::kMore) return false;
-      finish(sightings_.empty() ? ObserveStatus::kNoBoulders : ObserveStatus::kBoulders);
-      return true;
-  }
+  if (!work(budget)) return false;
+  next_phase();
   return true;
+}
+
+bool BoulderObserver::work(WorkBudget& budget) {
+  switch (phase_) {
+    case Phase::kSegment: return segmentation_.step(budget) == Progress::kDone;
+    case Phase::kProbe: return probe_.step(budget) == Progress::kDone;
+    case Phase::kEvidence: return evidence_.step(budget) == Progress::kDone;
+    case Phase::kCluster: return clustering_.step(budget) == Progress::kDone;
+    case Phase::kVote: return voting_.step(budget) == Progress::kDone;
+    default: break;
+  }
+  do {
+    if (!budget.take(unit_ops())) return false;
+  } while (!unit());
+  return true;
+}
+
+std::uint32_t BoulderObserver::unit_ops() const {
+  const auto raised = static_cast<std::uint32_t>(raised_.size());
+  switch (phase_) {
+    case Phase::kLift: return 60U;
+    case Phase::kCollect: return cursor_ > 0 ? 2U * kRun : 3U * raised;
+    case Phase::kSort: return 4U * raised;
+    case Phase::kDescribe: return 60U + 4U * (cluster_begin_[cursor_ + 1U] - cluster_begin_[cursor_]);
+    case Phase::kPaint: return 1000U + 3U * raised;
+    case Phase::kCarry: return 20U * kCarried;
+    case Phase::kKeep: return 1U + 3U * raised;
+    default: return 0;
+  }
+}
+
+/// True when the phase is done.
+bool BoulderObserver::unit() {
+  switch (phase_) {
+    case Phase::kLift:
+      if (cursor_ < probe_.result().size()) lift(probe_.result()[cursor_++]);
+      return cursor_ == probe_.result().size();
+    case Phase::kCollect: return collect();
+    case Phase::kSort: sort_by_cluster(); return true;
+    case Phase::kDescribe: return observe_cluster();
+    case Phase::kPaint: paint_sightings(); return true;
+    case Phase::kCarry: return carry();
+    case Phase::kKeep: keep(); return true;
+    default: return true;
+  }
+}
+
+void BoulderObserver::next_phase() {
+  if (status_ != ObserveStatus::kRunning) return;
+  const Phase before = phase_;
+  phase_ = static_cast<Phase>(static_cast<std::uint8_t>(phase_) + 1U);
+  cursor_ = 0;
+  switch (before) {
+    case Phase::kSegment:
+      if (segmentation_.status() != SegmentationStatus::kDone) finish(ObserveStatus::kNoRegions);
+      break;
+    case Phase::kProbe: surface_.clear(); break;
+    case Phase::kLift: begin_evidence(); break;
+    case Phase::kEvidence: begin_clustering(); break;
+    case Phase::kCarry: (void)voting_.associate(); break;
+    case Phase::kKeep:
+      finish(sightings_.empty() ? ObserveStatus::kNoBoulders : ObserveStatus::kBoulders);
+      break;
+    default: break;
+  }
 }
 
 void BoulderObserver::lift(const StereoProbe& probe) {
@@ -129,47 +162,63 @@ void BoulderObserver::begin_clustering() {
   counts_.evident = evidence_.boulders();
   raised_.clear();
   raised_surface_.clear();
-  // From the bottom of the image upwards: where there is no room for all, the near ones stay.
-  for (std::size_t i = surface_.size(); i-- > 0;) {
-    if (!surface_[i].raised) continue;
+  cursor_ = surface_.size();
+}
+
+/// From the bottom of the image upwards: where there is no room for all, the near ones stay.
+bool BoulderObserver::collect() {
+  if (cursor_ == 0) {
+    if (clustering_.start(params_.clustering, raised_) != ClusteringStatus::kRunning)
+      finish(ObserveStatus::kNoBoulders);
+    return true;
+  }
+  const std::size_t end = cursor_ > kRun ? cursor_ - kRun : 0;
+  while (cursor_ > end) {
+    const SurfacePoint& p = surface_[--cursor_];
+    if (!p.raised) continue;
     ++counts_.raised;
-    if (!raised_.push_back({surface_[i].p_site_m, surface_[i].label}) ||
-        !raised_surface_.push_back(static_cast<std::uint16_t>(i))) {
+    if (!raised_.push_back({p.p_site_m, p.label}) ||
+        !raised_surface_.push_back(static_cast<std::uint16_t>(cursor_))) {
       ++counts_.dropped_points;
     }
   }
-  if (clustering_.start(params_.clustering, raised_) != ClusteringStatus::kRunning) {
-    finish(ObserveStatus::kNoBoulders);
-    return;
-  }
-  phase_ = Phase::kCluster;
+  return false;
 }
 
-void BoulderObserver::observe_clusters() {
+void BoulderObserver::sort_by_cluster() {
   const ClusteringResult& clusters = clustering_.result();
-  std::uint16_t count[cfg::kMaxClusterPoints] = {};
-  bool labelled[cfg::kMaxClusterPoints] = {};
-  for (std::size_t i = 0; i < raised_.size(); ++i) {
-    ++count[clusters.cluster_of[i]];
-    labelled[clusters.cluster_of[i]] |= raised_[i].label != 0;
+  for (int c = 0; c <= clusters.clusters; ++c) cluster_begin_[c] = 0;
+  for (std::size_t i = 0; i < raised_.size(); ++i) ++cluster_begin_[clusters.cluster_of[i]];
+  std::uint16_t end = 0;
+  for (int c = 0; c <= clusters.clusters; ++c) {
+    end = static_cast<std::uint16_t>(end + cluster_begin_[c]);
+    cluster_begin_[c] = end;
   }
-  for (int c = 0; c < clusters.clusters; ++c) {
-    sighting_of_[c] = 0;
-    if (count[c] < params_.min_points || !labelled[c]) continue;
-    if (!sightings_.push_back(describe_cluster(c, count[c]))) {
+  // From ends to begins: the last point first, so that points ascend within a cluster.
+  for (std::size_t i = raised_.size(); i-- > 0;)
+    by_cluster_[--cluster_begin_[clusters.cluster_of[i]]] = static_cast<std::uint16_t>(i);
+}
+
+bool BoulderObserver::observe_cluster() {
+  const std::size_t c = cursor_++;
+  const std::uint16_t* const members = by_cluster_ + cluster_begin_[c];
+  const int points = cluster_begin_[c + 1] - cluster_begin_[c];
+  bool labelled = false;
+  for (int k = 0; k < points; ++k) labelled |= raised_[members[k]].label != 0;
+  sighting_of_[c] = 0;
+  if (points >= params_.min_points && labelled) {
+    if (sightings_.push_back(describe(members, points))) {
+      sighting_of_[c] = static_cast<std::uint8_t>(sightings_.size());
+    } else {
       ++counts_.dropped_boulders;
-      continue;
     }
-    sighting_of_[c] = static_cast<std::uint8_t>(sightings_.size());
   }
+  return cursor_ == static_cast<std::size_t>(clustering_.result().clusters);
 }
 
-BoulderSighting BoulderObserver::describe_cluster(int cluster, int points) const {
-  const ClusteringResult& clusters = clustering_.result();
+BoulderSighting BoulderObserver::describe(const std::uint16_t* members, int points) const {
   Vec3 mean(0.0, 0.0, 0.0);
-  for (std::size_t i = 0; i < raised_.size(); ++i) {
-    if (clusters.cluster_of[i] == cluster) mean += raised_[i].p_m;
-  }
+  for (int k = 0; k < points; ++k) mean += raised_[members[k]].p_m;
   mean /= points;
   // Along the line of sight (seen from above) and across it.
   const double gx = mean.x() - T_site_cam_.t.x();
@@ -181,9 +230,8 @@ BoulderSighting BoulderObserver::describe_cluster(int cluster, int points) const
   double left = 1.0e9;
   double right = -1.0e9;
   double sum2 = 0.0;
-  for (std::size_t i = 0; i < raised_.size(); ++i) {
-    if (clusters.cluster_of[i] != cluster) continue;
-    const Vec3 off = raised_[i].p_m - mean;
+  for (int k = 0; k < points; ++k) {
+    const Vec3 off = raised_[members[k]].p_m - mean;
     const double a = along.x() * off.x() + along.y() * off.y();
     const double c = across.x() * off.x() + across.y() * off.y();
     near = a < near ? a : near;
@@ -208,20 +256,25 @@ BoulderSighting BoulderObserver::describe_cluster(int cluster, int points) const
   return s;
 }
 
-void BoulderObserver::begin_vote() {
+void BoulderObserver::paint_sightings() {
   for (std::uint8_t& cell : grid_) cell = 0;
   for (std::size_t i = 0; i < raised_.size(); ++i) {
     const SurfacePoint& p = surface_[raised_surface_[i]];
     grid_[(p.v / StereoProbeJob::kSpacing) * kGridColumns + p.u / StereoProbeJob::kSpacing] =
         sighting_of_[clustering_.result().cluster_of[i]];
   }
-  phase_ = Phase::kVote;
-  if (voting_.start(last_sightings_, static_cast<int>(sightings_.size()), params_.min_votes) !=
-      VotingStatus::kCollecting) {
-    return;
-  }
+  // Where they cannot be counted there are no votes, and all boulders are new ones.
+  const VotingStatus begun =
+      voting_.start(last_sightings_, static_cast<int>(sightings_.size()), params_.min_votes);
+  if (begun != VotingStatus::kCollecting) last_members_.clear();
+}
+
+bool BoulderObserver::carry() {
   const Pose3 T_cam_site = T_site_cam_.inverse();
-  for (const Member& m : last_members_) {
+  const std::size_t left = last_members_.size() - cursor_;
+  const std::size_t end = cursor_ + (left < kCarried ? left : kCarried);
+  for (; cursor_ < end; ++cursor_) {
+    const Member& m = last_members_[cursor_];
     const Vec3 p = T_cam_site * m.p_site_m;
     if (!(p.z() > 0.05)) continue;
     const StereoPixel px = project(rig_, p);
@@ -233,8 +286,17 @@ void BoulderObserver::begin_vote() {
     const bool voted = voting_.add_vote(m.sighting, now);
     CAIRN_ASSERT(voted);
   }
-  const VotingStatus begun = voting_.associate();
-  CAIRN_ASSERT(begun != VotingStatus::kBadInput);
+  return cursor_ == last_members_.size();
+}
+
+void BoulderObserver::keep() {
+  if (sightings_.empty()) return;
+  last_members_.clear();
+  last_sightings_ = static_cast<int>(sightings_.size());
+  for (std::size_t i = 0; i < raised_.size(); ++i) {
+    const std::uint8_t sighting = sighting_of_[clustering_.result().cluster_of[i]];
+    if (sighting != 0) last_members_.append({raised_[i].p_m, sighting});
+  }
 }
 
 void BoulderObserver::finish(ObserveStatus status) {
@@ -243,12 +305,6 @@ void BoulderObserver::finish(ObserveStatus status) {
   for (std::size_t i = 0; i < sightings_.size(); ++i) {
     sightings_[i].previous = voting_.result().previous_of[i + 1];
     counts_.matched += sightings_[i].previous != 0 ? 1 : 0;
-  }
-  last_members_.clear();
-  last_sightings_ = static_cast<int>(sightings_.size());
-  for (std::size_t i = 0; i < raised_.size(); ++i) {
-    const std::uint8_t sighting = sighting_of_[clustering_.result().cluster_of[i]];
-    if (sighting != 0) last_members_.append({raised_[i].p_m, sighting});
   }
 }
 

@@ -95,7 +95,20 @@ class BoulderObserver {
   }
 
  private:
-  enum class Phase : std::uint8_t { kSegment, kProbe, kLift, kEvidence, kCluster, kObserve, kVote };
+  enum class Phase : std::uint8_t {
+    kSegment,
+    kProbe,
+    kLift,
+    kEvidence,
+    kCollect,  ///< the raised points
+    kCluster,
+    kSort,  ///< them by cluster
+    kDescribe,
+    kPaint,  ///< the sightings, where they are in the image
+    kCarry,  ///< the last frame's points there
+    kVote,
+    kKeep,  ///< this frame's for the next
+  };
   struct Member {
     Vec3 p_site_m = Vec3(0.0, 0.0, 0.0);
     std::uint8_t sighting = 0;  ///< index + 1
@@ -104,12 +117,21 @@ class BoulderObserver {
   static constexpr int kGridRows = cfg::kImageHeight / StereoProbeJob::kSpacing + 1;
 
   bool run_phase(WorkBudget& budget);
+  bool work(WorkBudget& budget);  ///< a job or units of the phase; false: budget spent
+  std::uint32_t unit_ops() const;
+  bool unit();  ///< false: the phase goes on
+  void next_phase();
   void begin_evidence();
   void lift(const StereoProbe& probe);
+  bool collect();
   void begin_clustering();
-  void observe_clusters();
-  BoulderSighting describe_cluster(int cluster, int points) const;
-  void begin_vote();
+  void sort_by_cluster();
+  bool observe_cluster();
+  /// `members`: indices of raised points.
+  BoulderSighting describe(const std::uint16_t* members, int points) const;
+  void paint_sightings();
+  bool carry();
+  void keep();
   void finish(ObserveStatus status);
 
   BoulderParams params_;
@@ -135,8 +157,10 @@ class BoulderObserver {
   VotingJob voting_;
   FixedVector<Member, cfg::kMaxClusterPoints> last_members_;  ///< raised points of the last frame
   int last_sightings_ = 0;
-  std::uint8_t sighting_of_[cfg::kMaxClusterPoints] = {};  ///< by cluster, index + 1; 0: too small
-  std::uint8_t grid_[kGridRows * kGridColumns] = {};       ///< sighting at each probe, index + 1
+  std::uint16_t by_cluster_[cfg::kMaxClusterPoints] = {};         ///< raised points, ascending in each
+  std::uint16_t cluster_begin_[cfg::kMaxClusterPoints + 1] = {};  ///< in by_cluster_
+  std::uint8_t sighting_of_[cfg::kMaxClusterPoints] = {};         ///< by cluster, index + 1; 0: too small
+  std::uint8_t grid_[kGridRows * kGridColumns] = {};              ///< sighting at each probe, index + 1
 };
 
 }  // namespace cairn

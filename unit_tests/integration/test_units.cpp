@@ -53,14 +53,14 @@ void drive_by_units(const LocalizerParams& params) {
 void test_sample(void**) {
   drive_by_units({});
   assert_at_most(longest_vo, 20000);
-  assert_at_most(longest_boulders, 60000);  // clusters described at once
+  assert_at_most(longest_boulders, 5000);
   assert_at_most(longest_fix, 20000);
 }
 
 void test_paper_variant(void**) {
   drive_by_units(paper_params());
   assert_at_most(longest_vo, 20000);
-  assert_at_most(longest_boulders, 120000);
+  assert_at_most(longest_boulders, 5000);
   assert_at_most(longest_fix, 25000);  // ICP's estimate from all pairs
 }
 
