@@ -15,7 +15,7 @@ namespace cairn::cfg {
 enum class Task : std::uint8_t {
   kVo,        ///< an overrun goes on in the next minor frame, whose pair is dropped and counted
   kBoulders,  ///< an overrun is abandoned: the frame adds nothing to the local map
-  kFixBegin,  ///< snapshot of the local map and the orbital boulders near the rover
+  kFixBegin,  ///< snapshot of the local map, its tracks merged before; an overrun begins no fix
   kFix,       ///< search and verdict, over as many minor frames as they take
   kFixApply,  ///< the correction, at this frame and no other; a search that is not done goes on to the next
               ///< of these frames (the paper's ICP is late, and counted)
@@ -44,7 +44,7 @@ inline constexpr std::uint32_t kBoulderOps = 200 * static_cast<std::uint32_t>(kI
 
 /// `make check-schedule`: in no minor frame do the rows take longer than the mission's frame on a target.
 inline constexpr ScheduleRow kSchedule[] = {
-    {Task::kVo, 0, 29, kVoOps},     {Task::kBoulders, 0, 29, kBoulderOps}, {Task::kFixBegin, 24, 24, 200'000},
+    {Task::kVo, 0, 29, kVoOps},     {Task::kBoulders, 0, 29, kBoulderOps}, {Task::kFixBegin, 24, 24, 400'000},
     {Task::kFix, 0, 29, 2'000'000}, {Task::kFixApply, 29, 29, 10'000},
 };
 inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);

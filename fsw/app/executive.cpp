@@ -75,16 +75,17 @@ Progress Executive::step(Localizer& localizer, cfg::Task task, WorkBudget& budge
     case cfg::Task::kVo: return localizer.step_vo(budget);
     case cfg::Task::kBoulders: return localizer.step_boulders(budget);
     case cfg::Task::kFixBegin:
+      if (localizer.prepare_fix(budget) == Progress::kMore) return Progress::kMore;
+      if (!budget.take(Localizer::kBeginFixOps)) return Progress::kMore;
       localizer.begin_fix();
-      budget.charge(1);
       return Progress::kDone;
     case cfg::Task::kFix: return localizer.step_fix(budget);
     case cfg::Task::kFixApply:
+      if (!budget.take(Localizer::kApplyFixOps)) return Progress::kMore;
       localizer.apply_fix();
       fix_closed_ = true;
       if (localizer.last_fix().status == FixStatus::kLate)
         ++counts_.overruns[static_cast<int>(cfg::Task::kFix)];
-      budget.charge(1);
       return Progress::kDone;
   }
   return Progress::kDone;

@@ -12,35 +12,72 @@ double fresh_share(const LocalMap& local, std::uint32_t created) {
 void BoulderTracks::init(const TrackParams& params) {
   params_ = params;
   tracks_.clear();
+  abandon();
   last_count_ = 0;
+  settled_ = merged_ = false;
+  settling_ = 0;
   next_id_ = dropped_ = 0;
 }
 
-void BoulderTracks::update(const BoulderSightings& sightings, std::uint32_t frame) {
-  forget(frame);
-  // Votes first: a sighting without one must not take the track that a vote names.
+void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame) {
+  sightings_ = &sightings;
+  frame_ = frame;
+  cursor_ = 0;
+  phase_ = Phase::kVoted;
+}
+
+Progress BoulderTracks::step(WorkBudget& budget) {
+  if (phase_ == Phase::kVoted) {
+    const std::size_t ops = 50U + 4U * tracks_.size() + 14U * sightings_->size();
+    if (!budget.take(static_cast<std::uint32_t>(ops))) return Progress::kMore;
+    take_voted();
+    phase_ = Phase::kNearest;
+  }
+  for (; phase_ == Phase::kNearest && cursor_ < last_count_; ++cursor_) {
+    if (last_track_[cursor_] != kNone) continue;
+    if (!budget.take(20U + 3U * static_cast<std::uint32_t>(tracks_.size()))) return Progress::kMore;
+    take_nearest(cursor_);
+  }
+  phase_ = Phase::kDone;
+  return Progress::kDone;
+}
+
+void BoulderTracks::abandon() {
+  if (phase_ == Phase::kVoted) last_count_ = 0;
+  phase_ = Phase::kDone;
+}
+
+/// Votes first: a sighting without one must not take the track that a vote names.
+void BoulderTracks::take_voted() {
+  forget(frame_);
+  settled_ = false;
+  settling_ = 0;
+  merged_ = false;
+  const BoulderSightings& sightings = *sightings_;
   std::int16_t now[cfg::kMaxLabels] = {};
   for (std::size_t i = 0; i < sightings.size(); ++i) {
-    now[i] = voted_track(sightings[i], frame);
-    if (now[i] != kNone) take(sightings[i], now[i], frame);
-  }
-  for (std::size_t i = 0; i < sightings.size(); ++i) {
-    if (now[i] != kNone) continue;
-    now[i] = nearest_track(sightings[i], frame);
-    if (now[i] == kNone) {
-      Track fresh;
-      fresh.id = next_id_;
-      if (!tracks_.push_back(fresh)) {
-        ++dropped_;
-        continue;
-      }
-      ++next_id_;
-      now[i] = static_cast<std::int16_t>(tracks_.size() - 1);
-    }
-    take(sightings[i], now[i], frame);
+    now[i] = voted_track(sightings[i], frame_);
+    if (now[i] != kNone) take(sightings[i], now[i], frame_);
   }
   last_count_ = sightings.size();
   for (std::size_t i = 0; i < last_count_; ++i) last_track_[i] = now[i];
+}
+
+void BoulderTracks::take_nearest(std::size_t sighting) {
+  const BoulderSighting& seen = (*sightings_)[sighting];
+  std::int16_t& track = last_track_[sighting];
+  track = nearest_track(seen, frame_);
+  if (track == kNone) {
+    Track fresh;
+    fresh.id = next_id_;
+    if (!tracks_.push_back(fresh)) {
+      ++dropped_;
+      return;
+    }
+    ++next_id_;
+    track = static_cast<std::int16_t>(tracks_.size() - 1);
+  }
+  take(seen, track, frame_);
 }
 
 std::int16_t BoulderTracks::voted_track(const BoulderSighting& sighting, std::uint32_t frame) const {
@@ -85,13 +122,28 @@ void BoulderTracks::absorb(Track& track, const Vec3& p, double weight, double di
 }
 
 void BoulderTracks::forget(std::uint32_t frame) {
-  for (std::size_t i = tracks_.size(); i-- > 0;) {
-    if (frame - tracks_[i].last_frame > static_cast<std::uint32_t>(params_.window_frames)) remove(i);
+  std::int16_t place[cfg::kMaxLocalBoulders] = {};
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    place[i] = kNone;
+    if (frame - tracks_[i].last_frame > static_cast<std::uint32_t>(params_.window_frames)) continue;
+    place[i] = static_cast<std::int16_t>(kept);
+    if (kept != i) tracks_[kept] = tracks_[i];
+    ++kept;
+  }
+  if (kept == tracks_.size()) return;
+  tracks_.resize(kept);
+  settled_ = false;
+  settling_ = 0;
+  merged_ = false;
+  for (std::size_t k = 0; k < last_count_; ++k) {
+    if (last_track_[k] != kNone) last_track_[k] = place[last_track_[k]];
   }
 }
 
 void BoulderTracks::forget_all() {
   tracks_.clear();
+  settling_ = 0;
   last_count_ = 0;
 }
 
@@ -108,34 +160,49 @@ void BoulderTracks::remove(std::size_t index) {
   }
 }
 
-/// One pass over all pairs. True where some were merged: they have moved, and others may lie close
-/// to them now.
-bool BoulderTracks::merge() {
+std::uint32_t BoulderTracks::merge_into(std::size_t i) {
   const double merge2 = params_.merge_m * params_.merge_m;
   const std::size_t before = tracks_.size();
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    for (std::size_t j = tracks_.size(); j-- > i + 1;) {
-      const double dx = tracks_[i].p_site_m.x() - tracks_[j].p_site_m.x();
-      const double dy = tracks_[i].p_site_m.y() - tracks_[j].p_site_m.y();
-      if (dx * dx + dy * dy >= merge2) continue;
-      Track& kept = tracks_[i];
-      const Track gone = tracks_[j];
-      absorb(kept, gone.p_site_m, gone.weight, gone.diameter_m, gone.spread_m);
-      kept.sightings = static_cast<std::uint16_t>(
-          kept.sightings + gone.sightings < UINT16_MAX ? kept.sightings + gone.sightings : UINT16_MAX);
-      if (gone.last_frame > kept.last_frame) kept.last_frame = gone.last_frame;
-      for (std::size_t k = 0; k < last_count_; ++k) {
-        if (last_track_[k] == static_cast<std::int16_t>(j)) last_track_[k] = static_cast<std::int16_t>(i);
-      }
-      remove(j);
+  for (std::size_t j = tracks_.size(); j-- > i + 1;) {
+    const double dx = tracks_[i].p_site_m.x() - tracks_[j].p_site_m.x();
+    const double dy = tracks_[i].p_site_m.y() - tracks_[j].p_site_m.y();
+    if (dx * dx + dy * dy >= merge2) continue;
+    Track& kept = tracks_[i];
+    const Track gone = tracks_[j];
+    absorb(kept, gone.p_site_m, gone.weight, gone.diameter_m, gone.spread_m);
+    kept.sightings = static_cast<std::uint16_t>(
+        kept.sightings + gone.sightings < UINT16_MAX ? kept.sightings + gone.sightings : UINT16_MAX);
+    if (gone.last_frame > kept.last_frame) kept.last_frame = gone.last_frame;
+    for (std::size_t k = 0; k < last_count_; ++k) {
+      if (last_track_[k] == static_cast<std::int16_t>(j)) last_track_[k] = static_cast<std::int16_t>(i);
     }
+    remove(j);
   }
-  return tracks_.size() < before;
+  return static_cast<std::uint32_t>(before - tracks_.size());
+}
+
+/// Passes over all pairs: tracks that were merged have moved, and others may lie close to them now.
+Progress BoulderTracks::settle(WorkBudget& budget) {
+  while (!settled_) {
+    if (settling_ >= tracks_.size()) {
+      settled_ = !merged_;
+      merged_ = false;
+      settling_ = 0;
+      continue;
+    }
+    if (!budget.take(10U + 3U * static_cast<std::uint32_t>(tracks_.size() - settling_)))
+      return Progress::kMore;
+    const std::uint32_t gone = merge_into(settling_++);
+    budget.charge(gone * (2U * tracks_.size() + cfg::kMaxLabels));
+    merged_ = merged_ || gone > 0;
+  }
+  return Progress::kDone;
 }
 
 void BoulderTracks::build(LocalMap& out) {
-  while (merge()) {
-  }
+  WorkBudget all = WorkBudget::unlimited();
+  const Progress settled = settle(all);
+  CAIRN_ASSERT(settled == Progress::kDone);
   out.clear();
   for (const Track& t : tracks_) {
     if (t.sightings < params_.min_sightings || t.diameter_m < params_.min_diameter_m) continue;

@@ -32,13 +32,20 @@ double fresh_share(const LocalMap& local, std::uint32_t created);
 class BoulderTracks {
  public:
   void init(const TrackParams& params);
-  /// Takes in the sightings of frame number `frame` (rising), and forgets tracks that left the window.
-  void update(const BoulderSightings& sightings, std::uint32_t frame);
+  /// Takes in the sightings (borrowed until done) of frame number `frame` (rising), and forgets tracks that
+  /// left the window.
+  void start(const BoulderSightings& sightings, std::uint32_t frame);
+  /// Unit: what the votes name, or the nearest track of one sighting.
+  Progress step(WorkBudget& budget);
+  /// Ends an unfinished frame: what was not taken in is lost, and so are votes for it.
+  void abandon();
   /// Forgets tracks that left the window by frame `frame`: for frames without sightings, before build().
   void forget(std::uint32_t frame);
   /// Forgets all: from here on `site` is not what it was. Numbers go on.
   void forget_all();
-  /// The local map, in the order of the tracks' numbers. Tracks are merged for good.
+  /// Merges tracks that lie close together, for good. Unit: one track against those after it.
+  Progress settle(WorkBudget& budget);
+  /// The local map, in the order of the tracks' numbers, settled.
   void build(LocalMap& out);
   std::uint32_t dropped() const { return dropped_; }  ///< sightings without room for a track
   std::uint32_t created() const { return next_id_; }
@@ -54,17 +61,27 @@ class BoulderTracks {
     std::uint16_t sightings = 0;
   };
   static constexpr std::int16_t kNone = -1;
+  enum class Phase : std::uint8_t { kVoted, kNearest, kDone };
 
   std::int16_t voted_track(const BoulderSighting& sighting, std::uint32_t frame) const;
   std::int16_t nearest_track(const BoulderSighting& sighting, std::uint32_t frame) const;
   void take(const BoulderSighting& sighting, std::int16_t index, std::uint32_t frame);
   static void absorb(Track& track, const Vec3& p, double weight, double diameter, double spread);
-  bool merge();
+  void take_voted();
+  void take_nearest(std::size_t sighting);
+  std::uint32_t merge_into(std::size_t track);  ///< returns how many
   void remove(std::size_t index);
 
   TrackParams params_;
   FixedVector<Track, cfg::kMaxLocalBoulders> tracks_;
-  std::int16_t last_track_[cfg::kMaxLabels] = {};  ///< track of each sighting of the last update
+  Phase phase_ = Phase::kDone;
+  const BoulderSightings* sightings_ = nullptr;
+  std::uint32_t frame_ = 0;
+  std::size_t cursor_ = 0;                         ///< sighting
+  bool settled_ = false;                           ///< no tracks are left to be merged
+  bool merged_ = false;                            ///< some were in this pass
+  std::size_t settling_ = 0;                       ///< track
+  std::int16_t last_track_[cfg::kMaxLabels] = {};  ///< track of each sighting of the last frame
   std::size_t last_count_ = 0;
   std::uint32_t next_id_ = 0;
   std::uint32_t dropped_ = 0;

@@ -143,8 +143,11 @@ LocalizerStatus Localizer::set_trim(const StepTrim& trim) {
 
 LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior) {
   if (stage_ == FrameStage::kNoStart) return LocalizerStatus::kNoStart;
-  if (stage_ == FrameStage::kBoulders || stage_ == FrameStage::kObserving) ++health_.abandoned_boulders;
+  const bool unfinished =
+      stage_ == FrameStage::kBoulders || stage_ == FrameStage::kObserving || stage_ == FrameStage::kTracking;
+  if (unfinished) ++health_.abandoned_boulders;
   observer_.abandon();
+  tracks_.abandon();
   left_ = left;
   right_ = right;
   motion_prior = checked(motion_prior);
@@ -318,11 +321,18 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
     if (refused) ++health_.boulders[static_cast<std::size_t>(status)];
     stage_ = refused ? FrameStage::kDone : FrameStage::kObserving;
   }
-  if (stage_ != FrameStage::kObserving) return Progress::kDone;
-  if (observer_.step(budget) == Progress::kMore) return Progress::kMore;
+  if (stage_ == FrameStage::kObserving) {
+    if (observer_.step(budget) == Progress::kMore) return Progress::kMore;
+    ++health_.boulders[static_cast<std::size_t>(observer_.status())];
+    stage_ = FrameStage::kDone;
+    if (observer_.status() == ObserveStatus::kBoulders) {
+      tracks_.start(observer_.result(), health_.frames);
+      stage_ = FrameStage::kTracking;
+    }
+  }
+  if (stage_ != FrameStage::kTracking) return Progress::kDone;
+  if (tracks_.step(budget) == Progress::kMore) return Progress::kMore;
   stage_ = FrameStage::kDone;
-  ++health_.boulders[static_cast<std::size_t>(observer_.status())];
-  if (observer_.status() == ObserveStatus::kBoulders) tracks_.update(observer_.result(), health_.frames);
   health_.dropped_tracks = tracks_.dropped();
   return Progress::kDone;
 }
@@ -331,6 +341,11 @@ void Localizer::set_map(const OrbitalMap& map) {
   if (fix_.status == FixStatus::kRunning) finish_fix(FixStatus::kLate);
   carried_.reset();
   map_ = map;
+}
+
+Progress Localizer::prepare_fix(WorkBudget& budget) {
+  tracks_.forget(health_.frames);
+  return tracks_.settle(budget);
 }
 
 void Localizer::begin_fix() {

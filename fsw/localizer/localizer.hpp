@@ -204,6 +204,10 @@ class Localizer {
   bool vo_open() const { return stage_ == FrameStage::kVo; }
   Progress step_boulders(WorkBudget& budget);  ///< nothing to do, kDone, while VO is open
 
+  /// Merges tracks, so that begin_fix() need not: in slices.
+  Progress prepare_fix(WorkBudget& budget);
+  static constexpr std::uint32_t kBeginFixOps = 5000;
+  static constexpr std::uint32_t kApplyFixOps = 1500;
   void begin_fix();
   Progress step_fix(WorkBudget& budget);
   /// Corrects the pose if the fix converged; closes the record either way.
@@ -230,11 +234,12 @@ class Localizer {
  private:
   /// How far the frame is.
   enum class FrameStage : std::uint8_t {
-    kNoStart,   ///< no start pose, so no frame
-    kDone,      ///< nothing more to do before the next pair
-    kVo,        ///< pair taken, VO at work
-    kBoulders,  ///< pose known, boulders not begun
-    kObserving  ///< boulders at work
+    kNoStart,    ///< no start pose, so no frame
+    kDone,       ///< nothing more to do before the next pair
+    kVo,         ///< pair taken, VO at work
+    kBoulders,   ///< pose known, boulders not begun
+    kObserving,  ///< boulders at work
+    kTracking    ///< and put on their tracks
   };
 
   /// The prior, or null for none and for one that is no pose, which is counted.

@@ -61,7 +61,7 @@ double Ground::covered(double x0, double y0, double side) const {
   return inside * side * side / 16.0;
 }
 
-void Ground::lay_cells() {
+void Ground::lay_grid() {
   if (boulders_ == 0.0) box_[0] = box_[1] = box_[2] = box_[3] = 0.0;
   // The box of n points falls short of the area that they were strewn over by one point's share each way.
   const double room = 0.5 * (box_[1] - box_[0] + box_[3] - box_[2]) / (boulders_ + 1.0);
@@ -72,15 +72,17 @@ void Ground::lay_cells() {
   if (cells_ < 1) cells_ = 1;
   cell_m_ = 2.0 * radius_m_ / cells_;
   area_m2_ = 0.0;
-  for (int y = 0; y < cells_; ++y) {
-    for (int x = 0; x < cells_; ++x) {
-      const double cover = covered(x * cell_m_ - radius_m_, y * cell_m_ - radius_m_, cell_m_);
-      cover_m2_[y * cells_ + x] = static_cast<float>(cover);
-      count_[y * cells_ + x] = 0.0F;
-      area_m2_ += cover;
-    }
+}
+
+void Ground::lay_row(int y) {
+  for (int x = 0; x < cells_; ++x) {
+    const double cover = covered(x * cell_m_ - radius_m_, y * cell_m_ - radius_m_, cell_m_);
+    cover_m2_[y * cells_ + x] = static_cast<float>(cover);
+    count_[y * cells_ + x] = 0.0F;
+    area_m2_ += cover;
   }
-  if (!(area_m2_ > 0.0)) area_m2_ = disc;
+  if (y + 1 < cells_) return;
+  if (!(area_m2_ > 0.0)) area_m2_ = kPi * radius_m_ * radius_m_;
   density_ = (boulders_ > 0.0 ? boulders_ : 1.0) / area_m2_;
 }
 
@@ -96,19 +98,17 @@ void Ground::count_one(const GridPoint& m) {
   count_[y * cells_ + x] += 1.0F;
 }
 
-void Ground::measure_density() {
-  for (int y = 0; y < cells_; ++y) {
-    for (int x = 0; x < cells_; ++x) {
-      double boulders = 1.0;
-      double area = 1.0 / density_;
-      for (int v = y > 0 ? y - 1 : 0; v <= y + 1 && v < cells_; ++v) {
-        for (int u = x > 0 ? x - 1 : 0; u <= x + 1 && u < cells_; ++u) {
-          boulders += static_cast<double>(count_[v * cells_ + u]);
-          area += static_cast<double>(cover_m2_[v * cells_ + u]);
-        }
+void Ground::measure_row(int y) {
+  for (int x = 0; x < cells_; ++x) {
+    double boulders = 1.0;
+    double area = 1.0 / density_;
+    for (int v = y > 0 ? y - 1 : 0; v <= y + 1 && v < cells_; ++v) {
+      for (int u = x > 0 ? x - 1 : 0; u <= x + 1 && u < cells_; ++u) {
+        boulders += static_cast<double>(count_[v * cells_ + u]);
+        area += static_cast<double>(cover_m2_[v * cells_ + u]);
       }
-      density_of_[y * cells_ + x] = static_cast<float>(boulders / area);
     }
+    density_of_[y * cells_ + x] = static_cast<float>(boulders / area);
   }
 }
 
@@ -174,13 +174,13 @@ Progress Ground::step(WorkBudget& budget) {
     if (phase_ == Phase::kGrid) {
       if (grid_.step(budget) == Progress::kMore) return Progress::kMore;
     } else if (phase_ == Phase::kCover || phase_ == Phase::kDensity) {
-      if (!budget.take(kCellOps * kMaxCells * kMaxCells)) return Progress::kMore;
-      if (phase_ == Phase::kCover) {
-        lay_cells();
-      } else {
-        measure_density();
-        measure_sizes();
-      }
+      if (!budget.take(kCellOps * kMaxCells)) return Progress::kMore;
+      const bool laying = phase_ == Phase::kCover;
+      if (laying && cursor_ == 0) lay_grid();
+      const int row = static_cast<int>(cursor_++);
+      laying ? lay_row(row) : measure_row(row);
+      if (row + 1 < cells_) continue;
+      if (!laying) measure_sizes();
     } else if (phase_ == Phase::kCrowd) {
       if (!crowd_step(budget)) return Progress::kMore;
     } else {

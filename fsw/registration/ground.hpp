@@ -55,8 +55,9 @@ class Ground {
   bool next_phase();
   void box_one(const GridPoint& m);
   void count_one(const GridPoint& m);
-  void lay_cells();
-  void measure_density();
+  void lay_grid();
+  void lay_row(int y);
+  void measure_row(int y);
   void measure_sizes();
   bool crowd_step(WorkBudget& budget);
   double covered(double x0, double y0, double side) const;

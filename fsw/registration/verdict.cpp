@@ -15,6 +15,7 @@ constexpr double kFarthest_m = 1.0e5;
 constexpr int kShareCount = 4;
 constexpr double kShares[kShareCount] = {0.25, 0.5, 0.75, 0.92};
 constexpr double kSizeOutliers = 0.1;
+constexpr std::size_t kUnitSightings = 120;  // of a share, in one unit
 
 bool in_range(double value, double low, double high) { return value >= low && value <= high; }
 
@@ -291,15 +292,16 @@ void EvidenceJob::assign() {
   if (echo_ < kLeastEcho) echo_ = kLeastEcho;
 }
 
-void EvidenceJob::multiply(int share) {
-  const double p = kShares[share];
-  double sum = 0.0;
-  for (std::size_t i = 0; i < sightings_->size(); ++i) {
+void EvidenceJob::multiply(std::size_t end) {
+  const double p = kShares[share_];
+  double sum = cursor_ == 0 ? 0.0 : sums_[share_];
+  for (std::size_t i = cursor_; i < end; ++i) {
     const double term = ln(1.0 - p + p * say_[i].ratio);
     const bool echo = term > 0.0 && best_of_[(*sightings_)[i].cluster] != i;
     sum += echo ? echo_ * term : term;
   }
-  sums_[share] = sum;
+  sums_[share_] = sum;
+  cursor_ = end;
 }
 
 void EvidenceJob::weigh() {
@@ -343,8 +345,12 @@ void EvidenceJob::weigh() {
 Progress EvidenceJob::step(WorkBudget& budget) {
   while (status_ == EvidenceStatus::kRunning) {
     if (share_ >= 0) {
-      if (!budget.take(40U * static_cast<std::uint32_t>(sightings_->size()))) return Progress::kMore;
-      multiply(share_);
+      const std::size_t left = sightings_->size() - cursor_;
+      const std::size_t count = left < kUnitSightings ? left : kUnitSightings;
+      if (!budget.take(40U * static_cast<std::uint32_t>(count))) return Progress::kMore;
+      multiply(cursor_ + count);
+      if (cursor_ < sightings_->size()) continue;
+      cursor_ = 0;
       if (++share_ == kShareCount) weigh();
       continue;
     }

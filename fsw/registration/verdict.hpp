@@ -163,7 +163,7 @@ class EvidenceJob {
   Mat4 prior_information() const;
   Vec4 from_prior() const;
   void assign();
-  void multiply(int share);
+  void multiply(std::size_t end);
   void weigh();
 
   EvidenceParams params_;

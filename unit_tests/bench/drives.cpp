@@ -176,7 +176,9 @@ void DrivenRover::look(Rng& rng, std::uint32_t frame) {
     (void)seen.push_back(s);
     rock.last = static_cast<std::uint8_t>(seen.size());
   }
-  tracks_.update(seen, frame);
+  tracks_.start(seen, frame);
+  WorkBudget all = WorkBudget::unlimited();
+  (void)tracks_.step(all);
 }
 
 void DrivenRover::begin_fix(std::uint32_t frame) {

@@ -54,7 +54,7 @@ void test_sample(void**) {
   drive_by_units({});
   assert_at_most(longest_vo, 20000);
   assert_at_most(longest_boulders, 5000);
-  assert_at_most(longest_fix, 20000);
+  assert_at_most(longest_fix, 5000);
 }
 
 void test_paper_variant(void**) {

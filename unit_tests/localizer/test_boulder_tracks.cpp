@@ -12,6 +12,12 @@ BoulderTracks tracks;
 LocalMap map;
 BoulderSightings seen;
 
+void take_in(BoulderTracks& job, const BoulderSightings& sightings, std::uint32_t frame) {
+  job.start(sightings, frame);
+  WorkBudget all = WorkBudget::unlimited();
+  assert_status(job.step(all), Progress::kDone);
+}
+
 struct At {
   double x;
   double y;
@@ -32,7 +38,7 @@ void update(std::initializer_list<At> sightings, std::uint32_t frame) {
     s.previous = static_cast<std::uint8_t>(a.previous);
     assert_true(seen.push_back(s));
   }
-  tracks.update(seen, frame);
+  take_in(tracks, seen, frame);
 }
 
 /// Everything is shown, so that tests see every track.
@@ -261,7 +267,7 @@ void test_merging_goes_on_until_all_are_apart(void**) {
       s.diameter_m = 0.1F;
       assert_true(seen.push_back(s));
     }
-    tracks.update(seen, frame);
+    take_in(tracks, seen, frame);
   }
   build();
   int sightings = 0;
@@ -273,6 +279,62 @@ void test_merging_goes_on_until_all_are_apart(void**) {
     }
   }
   assert_int_equal(sightings, 240);
+}
+
+// A unit at a time: the same map, to the last number.
+void test_same_for_every_slicing(void**) {
+  static BoulderTracks sliced;
+  static LocalMap sliced_map;
+  TrackParams p = show_all();
+  p.merge_m = 0.1;
+  tracks.init(p);
+  sliced.init(p);
+  Random random(11);
+  std::size_t units = 0;
+  for (std::uint32_t frame = 1; frame <= 6; ++frame) {
+    seen.clear();
+    for (int i = 0; i < 40; ++i) {
+      BoulderSighting s;
+      s.p_site_m = Vec3(1e-3 * random.below(2000), 1e-3 * random.below(2000), 0.0);
+      s.range_m = 1e-3F * static_cast<float>(500 + random.below(2000));
+      s.previous = static_cast<std::uint8_t>(frame > 1 && i % 3 == 0 ? 1 + random.below(40) : 0);
+      assert_true(seen.push_back(s));
+    }
+    take_in(tracks, seen, frame);
+    sliced.start(seen, frame);
+    for (Progress progress = Progress::kMore; progress == Progress::kMore; ++units) {
+      WorkBudget one(1);
+      progress = sliced.step(one);
+      assert_at_most(one.spent(), 5000);
+    }
+  }
+  for (Progress progress = Progress::kMore; progress == Progress::kMore; ++units) {
+    WorkBudget one(1);
+    progress = sliced.settle(one);
+    assert_at_most(one.spent(), 5000);
+  }
+  assert_at_least(units, 200);
+  build();
+  sliced.build(sliced_map);
+  assert_int_equal(sliced_map.size(), map.size());
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    assert_int_equal(sliced_map[i].id, map[i].id);
+    assert_int_equal(sliced_map[i].sightings, map[i].sightings);
+    assert_true(sliced_map[i].p_site_m == map[i].p_site_m);
+  }
+}
+
+// What is abandoned before its votes are counted takes the last frame's names with it: a vote would name
+// another boulder's track.
+void test_abandoned(void**) {
+  tracks.init(show_all());
+  update({{0.0, 0.0}, {1.0, 0.0}}, 1);
+  tracks.start(seen, 2);
+  tracks.abandon();
+  update({{5.0, 0.0, 1}}, 3);
+  build();
+  assert_int_equal(map.size(), 3);
+  assert_near(map[2].p_site_m.x(), 5.0, 1e-12);
 }
 
 void test_what_is_shown(void**) {
@@ -309,7 +371,7 @@ void test_full(void**) {
       s.p_site_m = Vec3(0.2 * static_cast<double>(made), 0.0, 0.0);
       assert_true(seen.push_back(s));
     }
-    tracks.update(seen, frame++);
+    take_in(tracks, seen, frame++);
   }
   assert_int_equal(tracks.dropped(), 5);
   assert_int_equal(tracks.created(), cfg::kMaxLocalBoulders);
@@ -360,6 +422,8 @@ int main() {
       cmocka_unit_test(test_merging_keeps_the_older),
       cmocka_unit_test(test_a_merged_boulder_was_seen_when_either_was),
       cmocka_unit_test(test_merging_goes_on_until_all_are_apart),
+      cmocka_unit_test(test_same_for_every_slicing),
+      cmocka_unit_test(test_abandoned),
       cmocka_unit_test(test_what_is_shown),
       cmocka_unit_test(test_full),
       cmocka_unit_test(test_fresh_share),
