@@ -8,6 +8,7 @@
 
 #include "base/tool_error.hpp"
 #include "base/waypoints.hpp"
+#include "cmap/worth.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -140,6 +141,14 @@ void make_cut(const Job& job, std::size_t count, Cut& cut) {
   cut.upload = make_upload(UploadKind::kMap, cut.map, pieces_of(cut.map), job.params.chunk_bytes);
 }
 
+/// All boulders that the job has, their tiles ranked.
+void take_all_tiles(const Job& job, Cut& cut) {
+  cut.tiles = rank(job, std::max(cut.length_m, 1e-9));
+  cut.rank_of_tile.assign(std::size_t{job.layout.columns()} * job.layout.rows(), cut.tiles.size());
+  for (std::size_t i = 0; i < cut.tiles.size(); ++i) cut.rank_of_tile[cut.tiles[i].tile] = i;
+  make_cut(job, cut.tiles.size(), cut);
+}
+
 /// As many of the best tiles as the budget has room for.
 void fit_budget(const Job& job, Cut& cut) {
   std::size_t fits = 0;
@@ -157,6 +166,30 @@ void fit_budget(const Job& job, Cut& cut) {
                     job.params.budget_bytes, least_bytes);
   }
   make_cut(job, fits, cut);
+}
+
+/// As many of the boulders of most worth as the budget has room for.
+void spare_boulders(Job& job, const PlannedPath& path, Cut& cut) {
+  const std::vector<CorridorBoulder> all = job.reached;
+  const std::vector<std::size_t> order = by_worth(all, path, job.params, job.params.found);
+  std::size_t fits = 0;
+  std::size_t too_many = order.size() + 1;
+  const auto keep = [&](std::size_t count) {
+    std::vector<std::size_t> kept(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count));
+    std::sort(kept.begin(), kept.end());
+    job.reached.clear();
+    for (const std::size_t j : kept) job.reached.push_back(all[j]);
+    take_all_tiles(job, cut);
+    return link_bytes(cut.upload.plan);
+  };
+  while (too_many - fits > 1) {
+    const std::size_t count = fits + (too_many - fits) / 2;
+    (keep(count) <= job.params.budget_bytes ? fits : too_many) = count;
+  }
+  if (fits == 0)
+    throw ToolError("--budget: {} bytes are not enough for one boulder; this corridor needs at least {}",
+                    job.params.budget_bytes, keep(1));
+  keep(fits);
 }
 
 void check(const UplinkParams& params) {
@@ -230,13 +263,13 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
       map.revision};
   for (CorridorBoulder& r : job.reached) r.tile = tile_of(job.layout, r.boulder->p_map_m);
   cut.layout = job.layout;
-  cut.tiles = rank(job, std::max(cut.length_m, 1e-9));
-  cut.rank_of_tile.assign(std::size_t{job.layout.columns()} * job.layout.rows(), cut.tiles.size());
-  for (std::size_t i = 0; i < cut.tiles.size(); ++i) cut.rank_of_tile[cut.tiles[i].tile] = i;
-  if (params.budget_bytes > 0) {
-    fit_budget(job, cut);
-  } else {
-    make_cut(job, cut.tiles.size(), cut);
+  take_all_tiles(job, cut);
+  if (params.budget_bytes > 0 && link_bytes(cut.upload.plan) > params.budget_bytes) {
+    if (base) {
+      fit_budget(job, cut);
+    } else {
+      spare_boulders(job, path, cut);
+    }
   }
   cut.boulders = boulders_of(cut.map);
   return cut;

@@ -3,12 +3,14 @@
 /// Boulders outside the path's corridor (corridor.hpp) are left out; those inside are kept by tiles. The use
 /// of a tile is the sum over its boulders of the way on which each is within reach, halved from the path's
 /// start to its end (1 / (1 + s / length), s where the tile comes within reach), since far ground can be sent
-/// later. Where there is a budget, tiles of the most use a byte are kept. The grid covers the corridor's box
-/// in whole tiles, and lies on that of the map that is cut, or of the base, so that later cuts share tiles
-/// with this one.
+/// later. Where there is a budget, boulders of the least worth (worth.hpp) are left out; of a cut with a
+/// base, whose tiles are to stay as they are, whole tiles of the least use a byte. The grid covers the
+/// corridor's box in whole tiles, and lies on that of the map that is cut, or of the base, so that later cuts
+/// share tiles with this one.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +28,8 @@ inline constexpr double kBouldersPerCutTile = 100.0;
 struct UplinkParams : CorridorParams {
   std::size_t budget_bytes = 0;  ///< on the link, packets and all; 0: no limit
   std::size_t chunk_bytes = app::kMaxChunkDataBytes;
+  /// Probability that the rover finds a boulder that it passes: for the budget.
+  std::function<double(const TableBoulder&)> found = [](const TableBoulder& b) { return b.confidence; };
   double tile_m = 0.0;  ///< 0: as the corridor's density suggests; that of the base where there is one
 };
 

@@ -12,6 +12,7 @@
 #include "base/waypoints.hpp"
 #include "cmap/uplink.hpp"
 #include "commands/cmd_map.hpp"
+#include "forecast/forecast.hpp"
 #include "map/way_file.hpp"
 
 namespace cairn::ground {
@@ -117,7 +118,11 @@ void uplink(const UplinkOptions& options) {
   std::optional<BaseMap> base;
   if (!options.base.empty()) base = BaseMap{read_file(options.base), options.base.string()};
   warn_of_scale(options.map, whole);
-  const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, options.params, base);
+  UplinkParams params = options.params;
+  params.found = [curve = mission_model(whole.method).detection](const TableBoulder& b) {
+    return b.confidence * curve(b.diameter_m);
+  };
+  const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, params, base);
 
   if (!options.only.empty()) {
     write_lost(cut, options);
