@@ -21,9 +21,7 @@ constexpr double kVarianceFreedom = 10.0;  // of the pairs' variance in the verd
 /// a forecast knows no corrections.
 class ErrorForecast {
  public:
-  explicit ErrorForecast(const ForecastModel& model)
-      : params_(model.fusion),
-        fresh_(std::min(1.0, static_cast<double>(cfg::kMinorFrames) / model.tracks.window_frames)) {
+  explicit ErrorForecast(const ForecastModel& model) : params_(model.fusion) {
     params_.common_xy_m = model.sigma_common_m;
     P_ = errors_at_start(params_, model.sigma_start_xy_m, model.sigma_start_yaw_rad);
   }
@@ -37,9 +35,10 @@ class ErrorForecast {
     P_ = grown(P_, growth(params_, step));
   }
 
-  /// After a fix that is applied and whose boulders tell `information` of x, y and yaw.
-  ErrorCovariance fixed(const Mat3& information, bool first) const {
-    const Mat3 known = information * (first ? 1.0 : fresh_) + Mat3::Identity() * kNothing;
+  /// After a fix that is applied and whose boulders tell `information` of x, y and yaw, `fresh` of it what no
+  /// fix before has told.
+  ErrorCovariance fixed(const Mat3& information, double fresh) const {
+    const Mat3 known = information * fresh + Mat3::Identity() * kNothing;
     return updated(P_, Vec3(0.0, 0.0, 0.0), known.inverse()).P;
   }
 
@@ -52,7 +51,6 @@ class ErrorForecast {
   static constexpr double kNothing = 1e-6;  // so that no information is a measurement, too
 
   FusionParams params_;
-  double fresh_;  ///< of a local map, what the fix before did not use
   ErrorCovariance P_;
 };
 
@@ -168,6 +166,25 @@ Mat3 weigh_boulders(const ForecastModel& model, const std::vector<TableBoulder>&
   station.boulders = static_cast<int>(footprint.size());
   if (station.applied > 0.0) information /= station.applied;
   return information;
+}
+
+/// Of the boulders expected in a local map, the share that no fix before has had: those that came into view
+/// after the frame `previous` of the last one.
+double fresh_share_of(const Sweep& sweep, const std::vector<PathPoint>& drive, std::size_t previous,
+                      std::size_t last, const std::vector<TableBoulder>& footprint,
+                      const DetectionCurve& detection) {
+  double all = 0.0;
+  double fresh = 0.0;
+  for (const TableBoulder& b : footprint) {
+    const double found = b.confidence * detection(b.diameter_m);
+    bool seen = false;
+    for (std::size_t frame = sweep.first_of_window(last); frame <= previous && !seen; ++frame)
+      seen = sweep.in_view(drive[frame], b.p_map_m);
+    all += found;
+    fresh += seen ? 0.0 : found;
+  }
+  constexpr double kLeastShare = 0.05;
+  return all > 0.0 ? std::max(kLeastShare, fresh / all) : 1.0;
 }
 
 /// Boulders a square metre within `radius_m`, the ground cut to the box of all boulders.
@@ -294,8 +311,10 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
     never_fixed *= 1.0 - station.applied;
     station.before = sigma_of(before, station.at.yaw_rad, size_m);
     station.blind = !(station.applied >= model.blind_below);
-    const ErrorCovariance after =
-        station.applied > 0.0 ? error.fixed(information, made.stations.empty()) : before;
+    const double fresh = made.stations.empty() ? 1.0
+                                               : fresh_share_of(sweep, drive, made.stations.back().frame,
+                                                                last, footprint, model.detection);
+    const ErrorCovariance after = station.applied > 0.0 ? error.fixed(information, fresh) : before;
     station.after = sigma_of(after, station.at.yaw_rad, size_m);
     station.ellipse = ellipse_of(after.topLeftCorner<2, 2>());
     station.right = station.applied * within_disc(station.ellipse, model.right_within_m);

@@ -387,6 +387,25 @@ void test_errors_against_the_fusion(void**) {
   assert_near(blind.at_end.yaw_rad, fusion.sigma_yaw_rad(), 1e-9);
 }
 
+/// A rover that creeps sees the same boulders at each fix: they tell it once. The faster one, on as many
+/// fixes, sees new ones.
+void test_the_same_boulders_tell_once(void**) {
+  const std::vector<TableBoulder> all = field(-4.0, 20.0, 0.7);
+  const auto fixes_on = [&](double step_m) {
+    std::vector<PathPoint> drive(150);
+    for (std::size_t i = 0; i < drive.size(); ++i)
+      drive[i].x_m = drive[i].arc_m = step_m * static_cast<double>(i);
+    return forecast(mission_model(), all, drive).stations;
+  };
+  const std::vector<FixStation> creeping = fixes_on(0.0005);
+  const std::vector<FixStation> driving = fixes_on(0.06);
+  assert_int_equal(creeping.size(), driving.size());
+  assert_at_least(creeping.size(), 4);
+  assert_at_least(creeping[0].applied, 0.7);
+  assert_at_least(creeping.back().after.along_m, 0.9 * creeping[0].after.along_m);
+  assert_at_least(0.9 * creeping.back().after.along_m, driving.back().after.along_m);
+}
+
 /// How densely a way is drawn does not matter, nor that its points are some millimetres off.
 void test_a_way_drawn_densely_or_not(void**) {
   const std::vector<TableBoulder> all = field(-4.0, 14.0, 0.7);
@@ -502,6 +521,7 @@ int main() {
       cmocka_unit_test(test_blind_in_between),
       cmocka_unit_test(test_probability_against_the_verdict),
       cmocka_unit_test(test_errors_against_the_fusion),
+      cmocka_unit_test(test_the_same_boulders_tell_once),
       cmocka_unit_test(test_a_way_drawn_densely_or_not),
       cmocka_unit_test(test_turns_in_place),
       cmocka_unit_test(test_lost),
