@@ -50,7 +50,7 @@ bool has_texture(const std::uint32_t* window, int least) {
 }  // namespace
 
 ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
-                                  const Vec3& plane) {
+                                  const Vec3& plane, int right_lower_px) {
   probes_.clear();
   const bool sizes = left.data != nullptr && right.data != nullptr && left.width == right.width &&
                      left.height == right.height && left.width >= 64 && left.height >= 64 &&
@@ -64,6 +64,7 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
   left_ = left;
   right_ = right;
   plane_ = plane;
+  right_lower_px_ = right_lower_px;
   // Up to the double of the least sum: further than that there is little to dismiss.
   limit_q16_ = params.uniqueness >= 0.5 && params.uniqueness <= 1.0
                    ? static_cast<std::uint32_t>(65536.0 / params.uniqueness) + 1U
@@ -76,10 +77,15 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
 
 Progress StereoProbeJob::step(WorkBudget& budget) {
   while (status_ == ProbeStatus::kRunning) {
+    if (!row_is_in_right()) {
+      next_row();
+      continue;
+    }
     while (prepared_ < 2) {
       if (!budget.take(6U * static_cast<std::uint32_t>(left_.width))) return Progress::kMore;
       const bool right = prepared_++ == 1;
-      prepare(right ? right_ : left_, v_, right ? right_band_ : left_band_, right);
+      prepare(right ? right_ : left_, right ? v_ + right_lower_px_ : v_, right ? right_band_ : left_band_,
+              right);
     }
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
@@ -87,14 +93,21 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
       return Progress::kMore;
     if (steps >= 4) budget.charge(probe(u_, v_, range));
     u_ += kSpacing;
-    if (u_ + kHalf > left_.width) {
-      u_ = kHalf;
-      v_ += kSpacing;
-      prepared_ = 0;
-      if (v_ + kHalf > left_.height) status_ = ProbeStatus::kDone;
-    }
+    if (u_ + kHalf > left_.width) next_row();
   }
   return Progress::kDone;
+}
+
+bool StereoProbeJob::row_is_in_right() const {
+  const int v = v_ + right_lower_px_;
+  return v >= kHalf && v + kHalf <= right_.height;
+}
+
+void StereoProbeJob::next_row() {
+  u_ = kHalf;
+  v_ += kSpacing;
+  prepared_ = 0;
+  if (v_ + kHalf > left_.height) status_ = ProbeStatus::kDone;
 }
 
 void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band, bool complements) {

@@ -61,9 +61,10 @@ class StereoProbeJob {
   static constexpr int kSpacing = cfg::kMission.probe_spacing_px;
   using Probes = FixedVector<StereoProbe, cfg::kMaxProbes>;
 
-  /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. Images are borrowed until done.
+  /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. `right_lower_px`: rows by which the
+  /// right image lies lower; windows that it does not hold are left out. Images are borrowed until done.
   ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
-                    const Vec3& plane);
+                    const Vec3& plane, int right_lower_px = 0);
   /// Unit: the preparation of one image's row of probes, or one probe.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
@@ -98,6 +99,8 @@ class StereoProbeJob {
     Compared compared[kMaxRange];
   };
 
+  bool row_is_in_right() const;
+  void next_row();
   static void prepare(const ImageU8& image, int v, Band& band, bool complements);
   Range search_range(int u, int v) const;
   std::uint32_t limit_above(std::uint32_t least) const;
@@ -113,6 +116,7 @@ class StereoProbeJob {
   ImageU8 right_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
   std::uint32_t limit_q16_ = 0;  ///< 1 / uniqueness, rounded up; 0: nothing can be dismissed
+  int right_lower_px_ = 0;
   int u_ = 0;
   int v_ = 0;
   int prepared_ = 0;  ///< bands that hold the rows about v_, of two

@@ -21,6 +21,12 @@ struct StereoPixel {
   double disparity_px() const { return u_left - u_right; }
 };
 
+/// How far the right image lies from where the ideal rig would see it, as a whole.
+struct ImageOffset {
+  double rows_px = 0.0;     ///< lower
+  double columns_px = 0.0;  ///< to the right: disparities are short by so much
+};
+
 struct StereoRig {
   int width_px = 0;
   int height_px = 0;

@@ -20,7 +20,7 @@ void BoulderObserver::init(const BoulderParams& params, const StereoRig& rig) {
 }
 
 ObserveStatus BoulderObserver::start(const ImageU8& left, const ImageU8& right, const Vec3& plane,
-                                     const Pose3& T_site_cam) {
+                                     const Pose3& T_site_cam, const ImageOffset& offset) {
   counts_ = {};
   sightings_.clear();
   cursor_ = 0;
@@ -28,9 +28,12 @@ ObserveStatus BoulderObserver::start(const ImageU8& left, const ImageU8& right, 
   left_ = left;
   right_ = right;
   plane_ = plane;
+  columns_px_ = offset.columns_px;
   T_site_cam_ = T_site_cam;
-  const bool fit =
-      is_valid(T_site_cam) && probe_.start(params_.probe, left, right, plane) == ProbeStatus::kRunning;
+  const Vec3 seen(plane[0], plane[1], plane[2] - offset.columns_px);
+  const int lower_px = static_cast<int>(std::floor(offset.rows_px + 0.5));
+  const bool fit = is_valid(T_site_cam) &&
+                   probe_.start(params_.probe, left, right, seen, lower_px) == ProbeStatus::kRunning;
   if (!fit) return status_ = ObserveStatus::kBadInput;
   switch (segmentation_.start(params_.segmentation, left)) {
     case SegmentationStatus::kRunning: return status_ = ObserveStatus::kRunning;
@@ -125,7 +128,8 @@ void BoulderObserver::next_phase() {
 }
 
 void BoulderObserver::lift(const StereoProbe& probe) {
-  const double d = static_cast<double>(probe.d_px);
+  const double d = static_cast<double>(probe.d_px) + columns_px_;
+  if (!(d > 0.0)) return;
   StereoPixel px;
   px.u_left = probe.u - 0.5;  // centre of an even window
   px.v_left = px.v_right = probe.v - 0.5;

@@ -77,8 +77,10 @@ class BoulderObserver {
  public:
   /// Forgets the last frame.
   void init(const BoulderParams& params, const StereoRig& rig);
-  /// Images are borrowed until done. `plane`: disparity plane of the frame (VisualOdometry::disparity_plane).
-  ObserveStatus start(const ImageU8& left, const ImageU8& right, const Vec3& plane, const Pose3& T_site_cam);
+  /// Images are borrowed until done. `plane`: disparity plane of the frame (VisualOdometry::disparity_plane);
+  /// `offset`: of the right image (RectificationEstimator::offset), rows taken whole.
+  ObserveStatus start(const ImageU8& left, const ImageU8& right, const Vec3& plane, const Pose3& T_site_cam,
+                      const ImageOffset& offset = {});
   Progress step(WorkBudget& budget);
   /// Ends an unfinished frame without a result: the next one votes with the frame before.
   void abandon();
@@ -142,6 +144,7 @@ class BoulderObserver {
   ImageU8 left_;
   ImageU8 right_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
+  double columns_px_ = 0.0;
   Pose3 T_site_cam_;
   ObserveCounts counts_;
 

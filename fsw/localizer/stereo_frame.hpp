@@ -34,7 +34,8 @@ enum class CAIRN_NODISCARD StereoStatus : std::uint8_t {
 struct StereoFrameParams {
   int min_disparity_px = cfg::kMission.min_disparity_px;
   int max_disparity_px = cfg::kMission.max_disparity_px;
-  int epipolar_band_px = 2;
+  int epipolar_band_px = 2;  ///< about the row where a partner is expected
+  int search_band_px = 8;    ///< where that finds too few in the first pairs: 6 px off, and the band
   /// Of the left features outside `own`; with fewer stereo points the frame is kFewPoints. Left and right
   /// swapped gives up to 3 % by chance, a right image of another time (0.06 m away) 8 %, good images 60 %.
   double min_stereo_share = 0.12;
@@ -64,12 +65,14 @@ struct StereoFrame {
   Vec3 point_m(const StereoRig& rig, std::size_t i) const;
   /// Does the ground's plane hold at this point? A boulder or a hole keeps the frontal model.
   bool on_plane(std::size_t i) const;
+  /// All disparities are longer than it was thought: the plane's, too. What then has none is left out.
+  void lengthen(double d_px);
 };
 
 /// What is done once for each point between two stages of the work, a unit of its own.
 inline constexpr std::uint32_t kOverPointsOps = 30U * cfg::kMaxFeatures;
 
-/// Rows of a refined match may differ by so many pixels; beyond it the rig is not rectified.
+/// A refined match may lie so many pixels off the row where it is expected; beyond it, it is none.
 inline constexpr float kMaxRowOffset_px = 1.5F;
 
 class StereoFrameJob {
@@ -90,6 +93,7 @@ class StereoFrameJob {
   /// What is left of the rig's rectification; one estimate for all of a frame. end_frame() takes in what the
   /// pair's matches tell: to be called when nobody measures in this pair any more.
   const RectificationEstimator& rectification() const { return rectification_; }
+  RectificationEstimator& rectification() { return rectification_; }
   void end_frame() { rectification_.end_frame(); }
 
  private:
@@ -99,6 +103,7 @@ class StereoFrameJob {
   Progress work(WorkBudget& budget);   ///< of the phase
   void next_phase();
   void begin_match();
+  bool search_rows();
   void collect();
   void fit_plane(bool first);
   void take_plane();
@@ -114,6 +119,9 @@ class StereoFrameJob {
   std::size_t cursor_ = 0;
   int features_left_ = 0;
   int ground_features_ = 0;  ///< of these, outside `own`
+  int searches_left_ = 0;    ///< pairs that may be matched in the wide band
+  bool wide_ = false;        ///< this one is
+  bool searched_ = false;    ///< this one was
   int features_right_ = 0;
   int points_ = 0;
   ImageU8 right_image_;

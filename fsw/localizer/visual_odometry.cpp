@@ -122,7 +122,7 @@ void VisualOdometry::next_phase() {
                                                                    : ransac_.result().T_cur_ref);
       break;
     case Phase::kAlign:
-      if (refine_.start(params_.motion, rig_, pairs_, T_cur_ref_) != MotionStatus::kRunning) {
+      if (refine_.start(params_.motion, rig_, pairs_, T_cur_ref_, true) != MotionStatus::kRunning) {
         lose(VoStatus::kNoConsensus);
       }
       phase_ = Phase::kRefine;
@@ -381,9 +381,12 @@ bool VisualOdometry::align_left(std::size_t i) {
 void VisualOdometry::align_right(std::size_t i) {
   const StereoPixel& predicted = aligned_.predicted;
   const Alignment& l = aligned_.left;
-  const Alignment r = align(aligned_.patch, stereo_.right().smooth(), static_cast<float>(predicted.u_right),
-                            static_cast<float>(predicted.v_right), aligned_.warp_right, params_.align);
-  if (r.status != AlignStatus::kAligned || std::fabs(r.v - l.v) > kMaxRowOffset_px) return;
+  const ImageOffset& offset = rectification().offset();
+  const Alignment r = align(
+      aligned_.patch, stereo_.right().smooth(), static_cast<float>(predicted.u_right + offset.columns_px),
+      static_cast<float>(predicted.v_right + offset.rows_px), aligned_.warp_right, params_.align);
+  if (r.status != AlignStatus::kAligned) return;
+  if (std::fabs(r.v - static_cast<float>(offset.rows_px) - l.v) > kMaxRowOffset_px) return;
   MotionPair pair;
   pair.p_ref_m = reference().point_m(rig_, i);
   pair.d_ref_px = reference().points[i].d_px;
@@ -409,6 +412,7 @@ void VisualOdometry::accept(const MotionResult& motion) {
     lose(VoStatus::kImplausible);
     return;
   }
+  stereo_.rectification().observe_columns(motion.columns_information, motion.columns_evidence);
   result_.T_prev_cur = T_prev_cur;
   last_step_ = elapsed_ == 1 ? T_prev_cur : share_of(T_prev_cur, 1.0 / elapsed_);
   motion_known_ = true;
@@ -434,7 +438,11 @@ void VisualOdometry::lose(VoStatus status) {
 }
 
 void VisualOdometry::finish(VoStatus status) {
+  const double columns_px = rectification().offset().columns_px;
   stereo_.end_frame();
+  // The next motion takes one estimate for both of its frames.
+  const double longer_px = rectification().offset().columns_px - columns_px;
+  if (have_reference_ && longer_px != 0.0) reference().lengthen(longer_px);
   status_ = status;
   settled_ = settles(status);
 }

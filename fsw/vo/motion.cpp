@@ -107,24 +107,30 @@ bool residual_of(const StereoRig& rig, const MotionPair& pair, const Motion& m, 
   return true;
 }
 
-/// Adds one pair's J^T W J (lower half) and J^T W r to the normal equations, W = weight * information. J is
-/// of the prediction by the left perturbation (rotation, translation): d(exp(w) p) = w x p.
+/// Of the prediction by the left perturbation (rotation, translation): d(exp(w) p) = w x p.
+struct Jacobian {
+  double u[6], v[6], d[6];
+  explicit Jacobian(const Residual& o)
+      : u{o.hux * o.y, o.hu * o.z - o.hux * o.x, -o.hu * o.y, o.hu, 0.0, o.hux},
+        v{o.hvy * o.y - o.hv * o.z, -o.hvy * o.x, o.hv * o.x, 0.0, o.hv, o.hvy},
+        d{o.hd * o.y, -o.hd * o.x, 0.0, 0.0, 0.0, o.hd} {}
+};
+
+/// Adds one pair's J^T W J (lower half) and J^T W r to the normal equations, W = weight * information.
 void accumulate(const Residual& o, double weight, Mat6& information, Vec6& gradient) {
-  const double Ju[6] = {o.hux * o.y, o.hu * o.z - o.hux * o.x, -o.hu * o.y, o.hu, 0.0, o.hux};
-  const double Jv[6] = {o.hvy * o.y - o.hv * o.z, -o.hvy * o.x, o.hv * o.x, 0.0, o.hv, o.hvy};
-  const double Jd[6] = {o.hd * o.y, -o.hd * o.x, 0.0, 0.0, 0.0, o.hd};
+  const Jacobian J(o);
   const double wu = weight * (1.0 / kVarU);
   const double wv = weight * (1.0 / kVarV);
   const double wd = weight * (1.0 / kVarD);
   const double wk = weight * o.k;
   double g[6];
-  for (int i = 0; i < 6; ++i) g[i] = o.aj_u * Ju[i] + o.aj_v * Jv[i] + o.aj_d * Jd[i];
+  for (int i = 0; i < 6; ++i) g[i] = o.aj_u * J.u[i] + o.aj_v * J.v[i] + o.aj_d * J.d[i];
   for (int i = 0; i < 6; ++i) {
-    const double cu = wu * Ju[i];
-    const double cv = wv * Jv[i];
-    const double cd = wd * Jd[i];
+    const double cu = wu * J.u[i];
+    const double cv = wv * J.v[i];
+    const double cd = wd * J.d[i];
     const double cg = wk * g[i];
-    for (int j = 0; j <= i; ++j) information(i, j) += cu * Ju[j] + cv * Jv[j] + cd * Jd[j] - cg * g[j];
+    for (int j = 0; j <= i; ++j) information(i, j) += cu * J.u[j] + cv * J.v[j] + cd * J.d[j] - cg * g[j];
     gradient[i] += cu * o.u + cv * o.v + cd * o.d - cg * o.aj_r;
   }
 }
@@ -230,7 +236,7 @@ MotionStatus RansacMotionJob::finish() {
 }
 
 MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig& rig,
-                                    const MotionPairs& pairs, const Pose3& T_cur_ref) {
+                                    const MotionPairs& pairs, const Pose3& T_cur_ref, bool columns) {
   result_ = {};
   result_.pairs = static_cast<int>(pairs.size());
   status_ = is_valid(T_cur_ref) ? check(params, rig, pairs) : MotionStatus::kBadInput;
@@ -239,6 +245,7 @@ MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig&
   rig_ = rig;
   pairs_ = &pairs;
   T_cur_ref_ = T_cur_ref;
+  columns_ = columns;
   iteration_ = 0;
   begin_pass(Pass::kScale);
   return status_;
@@ -255,6 +262,7 @@ Progress RefineMotionJob::step(WorkBudget& budget) {
       case Pass::kScale: measure(end); break;
       case Pass::kAccumulate: accumulate_pairs(end); break;
       case Pass::kJudge: judge(end); break;
+      case Pass::kColumns: ask_of_columns(end); break;
     }
     cursor_ = end;
     if (cursor_ == pairs_->size()) end_pass();
@@ -267,6 +275,7 @@ void RefineMotionJob::begin_pass(Pass pass) {
   cursor_ = 0;
   histogram_ = {};
   tail_ = {};
+  sums_ = {};
 }
 
 void RefineMotionJob::end_pass() {
@@ -283,7 +292,19 @@ void RefineMotionJob::end_pass() {
       begin_pass(converged || iteration_ == params_.iterations ? Pass::kJudge : Pass::kScale);
       break;
     }
-    case Pass::kJudge: status_ = finish(); break;
+    case Pass::kJudge: {
+      const MotionStatus status = finish();
+      if (columns_ && status == MotionStatus::kEstimated) {
+        begin_pass(Pass::kColumns);
+      } else {
+        status_ = status;
+      }
+      break;
+    }
+    case Pass::kColumns:
+      tell_columns();
+      status_ = MotionStatus::kEstimated;
+      break;
   }
 }
 
@@ -378,7 +399,42 @@ MotionStatus RefineMotionJob::finish() {
     const Vec6 column = ldlt.solve(unit);
     for (int r = 0; r < 6; ++r) result_.covariance(r, k) = column[r];
   }
+  scale_ = scale;
   return MotionStatus::kEstimated;
+}
+
+/// A seventh parameter, of which the first iteration is taken: disparities longer by one in both frames move
+/// the prediction by j, and the measured disparity by one.
+void RefineMotionJob::ask_of_columns(std::size_t end) {
+  const double s2 = sigma_px_ * sigma_px_;
+  const double c2 = params_.cauchy * params_.cauchy;
+  const Motion motion(T_cur_ref_);
+  for (std::size_t i = cursor_; i < end; ++i) {
+    Residual o;
+    if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
+    const double weight = 1.0 / (s2 + o.squared / c2);
+    const double hu = o.aj_u * kVarU;
+    const double hv = o.aj_v * kVarV;
+    const double hd = o.aj_d * kVarD - 1.0;
+    const double aj_h = o.aj_u * hu + o.aj_v * hv + o.aj_d * hd;
+    const double wu = weight * (hu * (1.0 / kVarU) - o.k * aj_h * o.aj_u);
+    const double wv = weight * (hv * (1.0 / kVarV) - o.k * aj_h * o.aj_v);
+    const double wd = weight * (hd * (1.0 / kVarD) - o.k * aj_h * o.aj_d);
+    sums_.own += hu * wu + hv * wv + hd * wd;
+    sums_.gradient += o.u * wu + o.v * wv + o.d * wd;
+    const Jacobian J(o);
+    for (int k = 0; k < 6; ++k) sums_.cross[k] += J.u[k] * wu + J.v[k] * wv + J.d[k] * wd;
+  }
+}
+
+/// The motion eliminated (Schur complement). The gradient stays: at the solution the motion's own is zero.
+void RefineMotionJob::tell_columns() {
+  const Eigen::LDLT<Mat6> ldlt(information_);
+  const Vec6 moved = ldlt.solve(sums_.cross);
+  const double left = sums_.own - sums_.cross.dot(moved);
+  if (!(left > 0.0) || !(scale_ > 0.0)) return;
+  result_.columns_information = left / scale_;
+  result_.columns_evidence = sums_.gradient / scale_;
 }
 
 }  // namespace cairn

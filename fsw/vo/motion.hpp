@@ -59,6 +59,10 @@ struct MotionResult {
   int inliers = 0;
   int pairs = 0;
   double rms_px = 0.0;  ///< of the inliers' residuals in u, v, d
+  /// What the refinement tells of an offset of all disparities, both frames': information (1/px^2) once the
+  /// motion is left free, and that times the px that disparities want to be longer by.
+  double columns_information = 0.0;
+  double columns_evidence = 0.0;
 };
 
 /// RANSAC with absolute orientation.
@@ -96,12 +100,13 @@ class RansacMotionJob {
 class RefineMotionJob {
  public:
   static constexpr std::size_t kUnitPairs = 40;
-  /// Of a pair: 200 to measure its residual and 300 to add it up, or 500 to judge it.
-  static constexpr std::uint32_t kPairOps[3] = {200, 300, 500};
+  /// Of a pair: 200 to measure its residual and 300 to add it up, or 500 to judge it or to ask of columns.
+  static constexpr std::uint32_t kPairOps[4] = {200, 300, 500, 500};
 
+  /// `columns`: what the motion tells of them is asked for.
   MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs,
-                     const Pose3& T_cur_ref);
-  /// Unit: so many pairs, in one of an iteration's two passes or in the last one.
+                     const Pose3& T_cur_ref, bool columns = false);
+  /// Unit: so many pairs, in one of an iteration's two passes or in the last ones.
   Progress step(WorkBudget& budget);
   MotionStatus status() const { return status_; }
   const MotionResult& result() const { return result_; }
@@ -114,6 +119,7 @@ class RefineMotionJob {
     kScale,       ///< how large the residuals are
     kAccumulate,  ///< normal equations
     kJudge,       ///< inliers and covariance at the solution
+    kColumns,     ///< what the motion tells of them
   };
   /// Residuals counted by size, of which the median is wanted: no sorting, bounded work.
   struct Histogram {
@@ -129,6 +135,13 @@ class RefineMotionJob {
     double slopes = 0.0;  ///< what a weighted residual changes by with its residual, of one coordinate
   };
 
+  /// Normal equations of a seventh parameter: its own, and what it shares with the motion.
+  struct Columns {
+    double own = 0.0;
+    double gradient = 0.0;
+    Vec6 cross = Vec6::Zero();
+  };
+
   void begin_pass(Pass pass);
   void end_pass();
   void measure(std::size_t end);
@@ -138,20 +151,25 @@ class RefineMotionJob {
   /// True when converged.
   bool move();
   MotionStatus finish();
+  void ask_of_columns(std::size_t end);
+  void tell_columns();
 
   MotionStatus status_ = MotionStatus::kIdle;
   MotionParams params_;
   StereoRig rig_;
   const MotionPairs* pairs_ = nullptr;
+  bool columns_ = false;
   int iteration_ = 0;
   Pass pass_ = Pass::kScale;
   std::size_t cursor_ = 0;
   Histogram histogram_;
   double sigma_px_ = 0.0;
+  double scale_ = 0.0;  ///< of the covariance, by what the residuals really were
   Pose3 T_cur_ref_;
   Mat6 information_ = Mat6::Zero();
   Vec6 gradient_ = Vec6::Zero();
   Tail tail_;
+  Columns sums_;
   MotionResult result_;
   bool inlier_[cfg::kMaxFeatures] = {};
 };

@@ -1,23 +1,29 @@
-/// What is left of the rectification's errors, estimated on board from vertical disparities.
+/// What is left of the rectification's errors, estimated on board.
 ///
 /// A rig that is off by a milliradian still matches, but its depths are bent: a baseline that points 1 mrad
 /// out of the image plane turned a straight drive by 0.03 degrees a metre, in this and in two other
-/// pipelines. Four small angles tell the relative attitude of the right camera but for its turn about y:
-/// rotation r_x, r_z of its axes about x and z, and the direction (1, b_y, b_z) of the baseline, in the left
-/// camera. To first order, with u, v of the right point from the principal point, f the focal length in px,
-/// d the disparity:
-///   v_right - v_left = f r_x (1 + v^2/f^2) - r_z u - b_y d + b_z v d/f
-///   u_right          = ideal + r_x u v/f + r_z v + b_z u d/f            (b_y does not act on u)
-/// The first row is observed by every match, needs no motion and no truth; its least squares, with a
-/// zero-mean prior on each angle and old frames slowly forgotten, give the angles; the second row then says
-/// what to take off the disparities.
+/// pipelines. To first order, with u, v of the right point from the principal point, f the focal length in
+/// px, d the disparity:
+///   v_right - v_left = rows + f r_x (1 + v^2/f^2) - r_z u - b_y d + b_z v d/f
+///   u_right          = ideal + columns + r_x u v/f + r_z v + b_z u d/f
+/// Angles: rotation r_x, r_z of the right camera's axes about x and z, and the direction (1, b_y, b_z) of the
+/// baseline, in the left camera. Offset: `rows` is what a pitch, a principal point's offset and a shifted
+/// image have in common; `columns` what a turn r_y about y and an offset of the principal point do: all
+/// disparities are short by it.
 ///
-/// The turn r_y is left to the calibration: what it does to v (u v/f) is weak and much like the other angles'
-/// traces, while it shifts all disparities by f r_y. Estimated with the others it changed nothing on rendered
-/// images and ran away to 9 mrad on KITTI's, where no frame gave a motion any more.
+/// Rows and angles show in each match and need no motion and no truth: least squares, zero-mean priors, old
+/// frames slowly forgotten. Where disparities are those of a plane, 1, v and v^2 are nearly all that is seen
+/// beside the roll, for five causes; the priors share it out. Columns show in no row. They bend space by
+/// 1 / (1 + c Z), so that near points tell another motion than far ones: the caller brings what a frame's
+/// motion tells of them (vo/motion.hpp).
+///
+/// An offset counts beyond what a perfect rig's matches fake, t, and is zero to the bit up to that:
+/// x (1 - t^2/x^2), without a jump (non-negative garrote). So a good rig has the four angles and nothing
+/// else, while an image that lies lower is not taken for milliradians of baseline: 0.5 px turned the path by
+/// 2.2 degrees in 25 m.
 ///
 /// Source: first-order epipolar geometry (Longuet-Higgins 1981; as in Hartley & Zisserman 11.12
-/// for rectified pairs).
+/// for rectified pairs); Breiman 1995, "Better subset regression using the nonnegative garrote".
 #pragma once
 
 #include "core/eigen.hpp"
@@ -28,6 +34,12 @@ namespace cairn {
 struct RectificationParams {
   bool enabled = true;
   double prior_sigma_rad = 1.0e-3;  ///< of each angle: what a flight rig may be off after calibration
+  double prior_rows_px = 3.0;       ///< sigma
+  double columns_px = 0.0;          ///< known beforehand
+  double prior_columns_px = 0.5;    ///< sigma about it; 0: columns stay what is known beforehand
+  double least_rows_px = 0.1;       ///< what matches of a perfect rig fake
+  double least_columns_px = 0.05;   ///< likewise; twice the estimate's sigma is added in squares
+  double common_px = 0.02;          ///< error that all matches share: their mean is no better
   double sigma_px = 0.3;  ///< of one vertical disparity; above its noise: errors of a frame go together
   double gate_px = 0.5;   ///< larger residuals are no evidence
   double memory_frames = 2000.0;  ///< evidence fades with this time constant
@@ -38,23 +50,38 @@ class RectificationEstimator {
   using Angles = Eigen::Matrix<double, 4, 1>;  ///< r_x, r_z, b_y, b_z (rad)
 
   void init(const RectificationParams& params, const StereoRig& rig);
+  /// Rows as a search found them, before there is evidence.
+  void set_rows(double rows_px);
   /// A match as measured, not corrected.
   void observe(const StereoPixel& measured);
+  /// What a motion tells of the columns, beyond the present estimate: information (1/px^2), and that times
+  /// the change that it asks for.
+  void observe_columns(double information, double evidence);
   /// Takes in what was observed since the last call. Call once a frame, at its end, so that one frame
   /// uses one estimate.
   void end_frame();
   /// The match with the right camera's position moved to where the ideal rig would see it.
   StereoPixel correct(const StereoPixel& measured) const;
   const Angles& angles() const { return angles_; }
+  const ImageOffset& offset() const { return offset_; }
 
  private:
   using Matrix4 = Eigen::Matrix<double, 4, 4>;
+
+  void estimate_rows_and_angles();
+  void estimate_columns();
 
   RectificationParams params_;
   StereoRig rig_;
   Matrix4 information_ = Matrix4::Zero();
   Angles evidence_ = Angles::Zero();
+  Angles rows_and_angles_ = Angles::Zero();  ///< information that rows share with the angles
+  double rows_information_ = 0.0;
+  double rows_evidence_ = 0.0;
+  double columns_information_ = 0.0;
+  double columns_evidence_ = 0.0;
   Angles angles_ = Angles::Zero();
+  ImageOffset offset_;
 };
 
 }  // namespace cairn

@@ -265,12 +265,11 @@ PairFault rows_disagree(const std::vector<RowFit>& fits) {
                     "stretch; rectify the images, or give the cameras' calibration",
                     roll, stretch)};
   if (std::fabs(offset) > kLower_px)
-    return {
-        Kind::kLower,
-        fmt::format(
-            "right images lie {:.2f} px {} than left ones, measured at {:.0f} matches a pair; rectify "
-            "the images, or calibrate anew",
-            std::fabs(offset), offset > 0.0 ? "lower" : "higher", static_cast<double>(fits.front().matches))};
+    return {Kind::kLower,
+            fmt::format("right images lie {:.2f} px {} than left ones, measured at {:.0f} matches a pair; "
+                        "odometry takes off up to 6 px itself; better rectify the images, or calibrate anew",
+                        std::fabs(offset), offset > 0.0 ? "lower" : "higher",
+                        static_cast<double>(fits.front().matches))};
   return {};
 }
 

@@ -54,6 +54,33 @@ void run(const StereoProbeParams& params = {}, const Vec3& plane = kPlane) {
   assert_status(job.status(), ProbeStatus::kDone);
 }
 
+/// A right image that lies lower by rows: the same disparities, but for windows that it does not hold.
+void test_right_image_lower(void**) {
+  fill_scene(1.5, true);
+  run();
+  const StereoProbeJob::Probes level = job.result();
+  static std::uint8_t lower_pixels[kWidth * kHeight];
+  const ImageU8 lower = packed_view<const std::uint8_t>(lower_pixels, kWidth, kHeight);
+  for (const int rows : {-3, 5}) {
+    std::memset(lower_pixels, 0, sizeof lower_pixels);
+    for (int v = 0; v < kHeight; ++v) {
+      if (v + rows < 0 || v + rows >= kHeight) continue;
+      std::memcpy(lower_pixels + (v + rows) * kWidth, right_pixels + v * kWidth, kWidth);
+    }
+    assert_status(job.start({}, kLeft, lower, kPlane, rows), ProbeStatus::kRunning);
+    assert_true(test::run_whole(job));
+    std::size_t next = 0;
+    for (const StereoProbe& p : level) {
+      if (p.v + rows < 4 || p.v + rows + 4 > kHeight) continue;
+      assert_true(next < job.result().size());
+      const StereoProbe& q = job.result()[next++];
+      assert_true(q.u == p.u && q.v == p.v && q.d_px == p.d_px);
+    }
+    assert_true(next == job.result().size());
+    assert_true(next < level.size());
+  }
+}
+
 void test_plane_and_box(void**) {
   fill_scene(1.5, true);
   run();
@@ -319,6 +346,7 @@ void test_slices_give_the_same_probes(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_plane_and_box),
+      cmocka_unit_test(test_right_image_lower),
       cmocka_unit_test(test_position_is_the_windows_centre),
       cmocka_unit_test(test_order_and_grid),
       cmocka_unit_test(test_no_texture_no_probe),

@@ -110,6 +110,32 @@ void test_own_hardware(void**) {
   assert_status(observe(10), ObserveStatus::kNoPoints);
 }
 
+/// A right image that lies 3 px lower and 2 px to the right, and is told so: the ground is where it was.
+void test_right_image_with_an_offset(void**) {
+  observer.init({}, rig);
+  assert_status(observe(10), ObserveStatus::kBoulders);
+  static SurfacePoints level;
+  level = observer.surface();
+  static std::uint8_t pixels[cfg::kImageWidth * cfg::kImageHeight] = {};
+  const ImageU8 right = pair.right.view();
+  const int width = right.width;
+  for (int v = 3; v < right.height; ++v) std::memcpy(pixels + v * width + 2, right.row(v - 3), width - 2);
+  const ImageU8 moved = packed_view<const std::uint8_t>(pixels, width, right.height);
+  observer.init({}, rig);
+  assert_status(observer.start(pair.left.view(), moved, level_ground(), pose(10), {3.2, 2.0}),
+                ObserveStatus::kRunning);
+  WorkBudget all = WorkBudget::unlimited();
+  assert_status(observer.step(all), Progress::kDone);
+  std::size_t same = 0;
+  for (const SurfacePoint& p : observer.surface()) {
+    for (const SurfacePoint& q : level) {
+      if (p.u == q.u && p.v == q.v) same += (p.p_site_m - q.p_site_m).norm() < 1e-6 ? 1U : 0U;
+    }
+  }
+  assert_at_least(observer.surface().size(), 0.95 * level.size());
+  assert_at_least(same, 0.95 * level.size());
+}
+
 void test_boulders_lie_on_rocks(void**) {
   const Tally t = tally({});
   assert_at_least(t.sightings, kSanitized ? 15 : 100);
@@ -361,6 +387,7 @@ int open_sample(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
+      cmocka_unit_test(test_right_image_with_an_offset),
       cmocka_unit_test(test_boulders_lie_on_rocks),
       cmocka_unit_test(test_own_hardware),
       cmocka_unit_test(test_votes_name_the_same_boulder),

@@ -170,6 +170,61 @@ void test_rectification_is_learnt_at_the_end(void**) {
   assert_near(job.rectification().angles().norm(), 0.0, 0.0);
 }
 
+/// The right image is lower by whole rows: found in the first pair, and nothing is lost by it.
+void test_rows_are_found(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  const int points = job.points();
+  const double error_px = disparity_error_px();
+  for (const int rows : {-6, -3, -1, 1, 2, 3, 6}) {
+    for (int v = 0; v < kHeight; ++v) {
+      const int from = v - rows < 0 ? 0 : (v - rows < kHeight ? v - rows : kHeight - 1);
+      std::memcpy(scratch[0] + v * kWidth, right_pixels + from * kWidth, kWidth);
+    }
+    begin();
+    for (int pair = 0; pair < 2; ++pair) {
+      assert_status(run(view(left_pixels), view(scratch[0])), StereoStatus::kPoints);
+      job.end_frame();
+      assert_near(job.rectification().offset().rows_px, rows, 0.1);
+      assert_at_least(job.points(), points * 8 / 10);  // rows left the image
+      assert_at_most(disparity_error_px(), 1.1 * error_px);
+    }
+  }
+}
+
+/// What never shows is looked for in eight pairs and no more.
+void test_rows_are_not_looked_for_for_good(void**) {
+  begin();
+  std::uint64_t first = 0;
+  for (int pair = 0; pair < 10; ++pair) {
+    assert_status(job.start(view(left_pixels), view(left_pixels), frame), StereoStatus::kRunning);
+    WorkBudget budget = WorkBudget::unlimited();
+    assert_true(job.step(budget) == Progress::kDone);
+    assert_status(job.status(), StereoStatus::kFewPoints);  // no disparities
+    job.end_frame();
+    if (pair == 0) first = budget.spent();
+    assert_true((budget.spent() < first) == (pair >= 8));
+    assert_near(job.rectification().offset().rows_px, 0.0, 0.0);
+  }
+}
+
+void test_lengthened_disparities(void**) {
+  begin();
+  assert_status(run(), StereoStatus::kPoints);
+  const Vec3 plane = frame.plane;
+  const std::size_t valid = frame.valid_points;
+  std::size_t one = 0;
+  while (!frame.points[one].valid) ++one;
+  const double d_px = frame.points[one].d_px;
+  frame.lengthen(0.25);
+  assert_near(frame.points[one].d_px, d_px + 0.25, 1e-12);
+  assert_near(frame.points[one].keypoint.disparity_px(), d_px + 0.25, 1.0);
+  assert_near(frame.plane[2], plane[2] + 0.25, 1e-12);
+  assert_true(frame.valid_points == valid);
+  frame.lengthen(-1000.0);
+  assert_true(frame.valid_points == 0 && !frame.points[one].valid);
+}
+
 // ---- statuses ---------------------------------------------------------------------------------------------
 
 void test_bad_images(void**) {
@@ -273,6 +328,9 @@ int main() {
       cmocka_unit_test(test_on_plane_at_its_corner),
       cmocka_unit_test(test_as_detected_is_less_accurate),
       cmocka_unit_test(test_rectification_is_learnt_at_the_end),
+      cmocka_unit_test(test_rows_are_found),
+      cmocka_unit_test(test_rows_are_not_looked_for_for_good),
+      cmocka_unit_test(test_lengthened_disparities),
       cmocka_unit_test(test_bad_images),
       cmocka_unit_test(test_images_without_features),
       cmocka_unit_test(test_left_and_right_swapped),

@@ -208,6 +208,32 @@ void test_refined_beats_absolute_orientation(void**) {
   assert_true(refined < 0.5 * orientation);
 }
 
+/// All disparities of both frames are short by so much: motions tell by how much, to first order.
+void test_columns_are_told(void**) {
+  for (const double short_px : {0.0, 0.3, -0.3}) {
+    Random random(31);
+    double information = 0.0;
+    double evidence = 0.0;
+    for (int draw = 0; draw < 30; ++draw) {
+      fill_pairs(300, 0.1, random);
+      for (MotionPair& pair : pairs) {
+        pair.p_ref_m *= pair.d_ref_px / (pair.d_ref_px - short_px);
+        pair.d_ref_px -= short_px;
+        pair.seen.u_right += short_px;
+      }
+      assert_status(refine.start({}, kRig, pairs, kTruth, true), MotionStatus::kRunning);
+      assert_true(test::run_whole(refine));
+      assert_status(refine.status(), MotionStatus::kEstimated);
+      information += refine.result().columns_information;
+      evidence += refine.result().columns_evidence;
+    }
+    print_message("%.1f px short: %.3f px, sigma %.3f\n", short_px, evidence / information,
+                  1.0 / std::sqrt(information));
+    assert_at_most(1.0 / std::sqrt(information), 0.05);
+    assert_near(evidence / information, short_px, 3.0 / std::sqrt(information) + 0.25 * std::fabs(short_px));
+  }
+}
+
 void test_bad_input(void**) {
   Random random(5);
   fill_pairs(40, 0.1, random);
@@ -513,6 +539,7 @@ int main() {
       cmocka_unit_test(test_inliers_are_judged_in_both_images),
       cmocka_unit_test(test_covariance_against_monte_carlo),
       cmocka_unit_test(test_refined_beats_absolute_orientation),
+      cmocka_unit_test(test_columns_are_told),
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_too_few_pairs),
       cmocka_unit_test(test_idle),

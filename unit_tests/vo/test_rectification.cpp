@@ -24,9 +24,16 @@ StereoRig rig_of_the_paper() {
 const StereoRig kRig = rig_of_the_paper();
 using Angles = RectificationEstimator::Angles;
 
+/// All is left to the angles.
+RectificationParams angles_alone() {
+  RectificationParams params;
+  params.least_rows_px = 100.0;
+  return params;
+}
+
 /// A prior that leaves the angles to the evidence.
 RectificationParams open_minded() {
-  RectificationParams params;
+  RectificationParams params = angles_alone();
   params.prior_sigma_rad = 1.0e-2;
   return params;
 }
@@ -111,7 +118,7 @@ void test_each_angle_alone(void**) {
 void test_noisy_matches(void**) {
   const Angles truth = angles_of(0.4e-3, 0.5e-3, -0.7e-3, -1.0e-3);
   RectificationEstimator estimator;
-  estimator.init({}, kRig);
+  estimator.init(angles_alone(), kRig);
   Random random(3);
   observe_frames(estimator, truth, 100, 0.1, random);
   const Angles error = estimator.angles() - truth;
@@ -162,7 +169,7 @@ void test_gate(void**) {
     estimator.observe(px);
   }
   estimator.end_frame();
-  assert_near(estimator.angles()[0] * kRig.fx_px, params.gate_px, 0.1);  // a shift of all rows is r_x
+  assert_near(estimator.offset().rows_px, params.gate_px, 0.06);  // the garrote's t^2/x, and some of r_x
   // The gate moves with the estimate: the same matches now lie at its middle, those at 0 near its rim.
   StereoPixel far_px = project(kRig, Vec3(0.0, 0.0, 1.5));
   const Angles before = estimator.angles();
@@ -170,6 +177,110 @@ void test_gate(void**) {
   estimator.observe(far_px);
   estimator.end_frame();
   assert_near((estimator.angles() - before).norm(), 0.0, 1e-5);
+}
+
+/// What the ideal rig sees, the right image `rows` lower.
+void observe_rows(RectificationEstimator& estimator, double rows, int frames, Random& random) {
+  for (int k = 0; k < frames; ++k) {
+    for (int i = 0; i < 300; ++i) {
+      StereoPixel px = project(kRig, random_point(random));
+      px.v_right += rows + 0.1 * test::normal(random);
+      estimator.observe(px);
+    }
+    estimator.end_frame();
+  }
+}
+
+/// An image that lies lower is taken for that, and for nothing else.
+void test_rows(void**) {
+  for (const double rows : {-6.0, -0.5, 0.5, 1.0, 6.0}) {
+    RectificationEstimator estimator;
+    estimator.init({}, kRig);
+    estimator.set_rows(rows + 0.2);
+    Random random(9);
+    observe_rows(estimator, rows, 20, random);
+    assert_near(estimator.offset().rows_px, rows, 0.06);  // of 6 px the angles take one in a hundred
+    assert_near(estimator.offset().columns_px, 0.0, 0.0);
+    for (int k = 0; k < 4; ++k) assert_near(estimator.angles()[k], 0.0, 0.2e-3);
+    const StereoPixel ideal = project(kRig, Vec3(0.4, 0.3, 2.5));
+    StereoPixel seen = ideal;
+    seen.v_right += rows;
+    assert_near(estimator.correct(seen).v_right, ideal.v_right, 0.02);
+    assert_near(estimator.correct(seen).u_right, ideal.u_right, 0.02);
+  }
+}
+
+/// Up to what a perfect rig's matches fake there are no rows, to the bit; beyond it there is no jump.
+void test_few_rows_are_none(void**) {
+  const RectificationParams params;
+  for (const double rows : {-0.08, 0.0, 0.08}) {
+    RectificationEstimator estimator;
+    RectificationEstimator alone;
+    estimator.init(params, kRig);
+    alone.init(angles_alone(), kRig);
+    Random random(10);
+    Random same(10);
+    observe_rows(estimator, rows, 20, random);
+    observe_rows(alone, rows, 20, same);
+    assert_near(estimator.offset().rows_px, 0.0, 0.0);
+    assert_true(estimator.angles() == alone.angles());
+  }
+  RectificationEstimator estimator;
+  estimator.init(params, kRig);
+  Random random(11);
+  observe_rows(estimator, 1.1 * params.least_rows_px, 20, random);
+  assert_at_least(estimator.offset().rows_px, 1e-3);
+  assert_at_most(estimator.offset().rows_px, 0.5 * params.least_rows_px);
+}
+
+/// A pitch moves all rows, most of it alike: rows take some of it, no baseline is made up, matches are right.
+void test_pitch_among_rows(void**) {
+  Angles truth = Angles::Zero();
+  truth[0] = 2.0e-3;
+  RectificationEstimator estimator;
+  estimator.init({}, kRig);
+  estimator.set_rows(truth[0] * kRig.fx_px);
+  Random random(12);
+  observe_frames(estimator, truth, 60, 0.1, random);
+  assert_near(estimator.angles()[2], 0.0, 0.3e-3);
+  assert_near(estimator.angles()[3], 0.0, 0.3e-3);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 p = random_point(random);
+    const StereoPixel px = estimator.correct(see(p, truth));
+    assert_near(px.v_right, px.v_left, 0.06);
+    assert_near(px.u_right, project(kRig, p).u_right, 0.2);
+  }
+}
+
+/// Each frame asks for what is missing: it converges on the truth, from a mean that was told, too.
+double columns_after(const RectificationParams& params, double truth_px) {
+  RectificationEstimator estimator;
+  estimator.init(params, kRig);
+  for (int k = 0; k < 200; ++k) {
+    estimator.observe_columns(50.0, 50.0 * (truth_px - estimator.offset().columns_px));
+    estimator.end_frame();
+  }
+  return estimator.offset().columns_px;
+}
+
+void test_columns(void**) {
+  RectificationParams params;
+  for (const double truth : {-1.0, -0.4, 0.4, 1.0}) assert_near(columns_after(params, truth), truth, 0.02);
+  assert_near(columns_after(params, 0.04), 0.0, 0.0);  // what a perfect rig may fake
+  params.columns_px = 1.2;
+  assert_near(columns_after(params, 1.2), 1.2, 0.0);
+  assert_near(columns_after(params, 0.8), 0.8, 0.02);
+  params.prior_columns_px = 0.0;  // known for good
+  assert_near(columns_after(params, 0.8), 1.2, 0.0);
+}
+
+/// Little is told yet: what counts is more than its own uncertainty.
+void test_uncertain_columns_are_none(void**) {
+  RectificationEstimator estimator;
+  estimator.init({}, kRig);
+  estimator.observe_columns(12.0, 12.0 * 0.4);  // 0.3 px, sigma 0.25
+  estimator.end_frame();
+  assert_near(estimator.offset().columns_px, 0.0, 0.0);
 }
 
 void test_old_evidence_fades(void**) {
@@ -194,6 +305,9 @@ void test_disabled_is_identity(void**) {
   Random random(8);
   observe_frames(estimator, angles_of(1e-3, 1e-3, 1e-3, 1e-3), 5, 0.0, random);
   assert_true(estimator.angles() == Angles::Zero());
+  estimator.set_rows(3.0);
+  assert_near(estimator.offset().rows_px, 0.0, 0.0);
+  assert_near(columns_after(params, 1.0), 0.0, 0.0);
   const StereoPixel px = {100.0, 50.0, 70.0, 50.4};
   const StereoPixel same = estimator.correct(px);
   assert_true(same.u_left == 100.0 && same.v_left == 50.0 && same.u_right == 70.0 && same.v_right == 50.4);
@@ -209,6 +323,11 @@ int main() {
       cmocka_unit_test(test_one_estimate_a_frame),
       cmocka_unit_test(test_little_evidence_stays_at_the_prior),
       cmocka_unit_test(test_gate),
+      cmocka_unit_test(test_rows),
+      cmocka_unit_test(test_few_rows_are_none),
+      cmocka_unit_test(test_pitch_among_rows),
+      cmocka_unit_test(test_columns),
+      cmocka_unit_test(test_uncertain_columns_are_none),
       cmocka_unit_test(test_old_evidence_fades),
       cmocka_unit_test(test_disabled_is_identity),
   };
