@@ -79,6 +79,23 @@ void check_products(const BuildOptions& options) {
   if (!options.dem.empty()) sample_heights(options.dem, none, "local");
 }
 
+/// Craters are landmarks of their own: their tables are written where there is no boulder, and so no map. What
+/// was written, in words.
+std::string write_craters_alone(const BuildOptions& options, const Prepared& made) {
+  const std::string& system = made.source.reference_system;
+  std::vector<std::string> written;
+  if (!options.csv.empty()) {
+    write_csv(options.csv, {}, system, made.craters);
+    written.push_back(options.csv.string());
+  }
+  if (!options.gpkg.empty()) {
+    write_geopackage(options.gpkg, {}, system, made.craters);
+    written.push_back(options.gpkg.string());
+  }
+  return fmt::format(", but {} craters{}{}", made.craters.size(), written.empty() ? "" : ", which are in ",
+                     fmt::join(written, " and "));
+}
+
 /// Encodes the map and writes all that is asked for, the map last.
 void write_products(const BuildOptions& options, Prepared& made, OutputFile& map) {
   const std::string& system = made.source.reference_system;
@@ -378,8 +395,8 @@ void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   const std::size_t dark_areas = leave_out_large(made);
   if (made.boulders.empty()) {
     build.finished();
-    throw ToolError("{}: no boulder found{}; try a smaller {}", options.ortho.string(),
-                    made.craters.empty() ? "" : fmt::format(", but {} craters", made.craters.size()),
+    throw ToolError("{}: no boulder found{}; no map is made; try a smaller {}", options.ortho.string(),
+                    made.craters.empty() ? "" : write_craters_alone(options, made),
                     input.detection.method == cmap::Method::kShadow
                         ? "--min-confidence or --min-diameter"
                         : "--min-area, --min-diameter or --threshold-scale");

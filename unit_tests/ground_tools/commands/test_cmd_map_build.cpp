@@ -10,10 +10,12 @@
 #include <thread>
 
 #include "base/boulder_table.hpp"
+#include "base/number_table.hpp"
 #include "core/random.hpp"
 #include "core/trig.hpp"
 #include "ground_tools/program.hpp"
 #include "ground_tools/test_images.hpp"
+#include "map/geopackage.hpp"
 #include "support/data.hpp"
 
 using namespace cairn;
@@ -252,6 +254,21 @@ void test_bad_images(void**) {
   check_bad(file("site.tif"), "no boulder", "--min-diameter", " --min-diameter 50");
 }
 
+/// Ground of craters alone: no map, but their tables, and a refusal that tells of them.
+void test_craters_alone(void**) {
+  const std::string image = test::find_data("raster_cases/16_craters_no_boulders/site_el30.tif");
+  SKIP_WITHOUT(image, "raster_cases");
+  const std::string tables = " --csv " + file("c.csv") + " --gpkg " + file("c.gpkg");
+  assert_int_equal(build("'" + image + "' --sun 30,290 -o " + file("c.cmap") + tables), 1);
+  assert_false(fs::exists(file("c.cmap")));
+  assert_true(read_csv(file("c.csv")).empty());
+  const CsvTable table(file("c.csv"));
+  assert_at_least(static_cast<double>(table.size()), 40.0);
+  for (std::size_t row = 0; row < table.size(); ++row)
+    assert_true(table.word(row, table.column("kind")) == "crater");
+  assert_true(read_points(file("c.gpkg")).boulders.empty());
+}
+
 void test_three_bands_are_their_mean(void**) {
   tiff("rgb.tif", 3);
   assert_int_equal(build(file("rgb.tif") + into("rgb")), 0);
@@ -295,6 +312,7 @@ int main() {
       cmocka_unit_test(test_killed_and_started_again),
       cmocka_unit_test(test_full_disk),
       cmocka_unit_test(test_bad_images),
+      cmocka_unit_test(test_craters_alone),
       cmocka_unit_test(test_three_bands_are_their_mean),
       cmocka_unit_test(test_ranks),
   };
