@@ -79,8 +79,8 @@ void check_products(const BuildOptions& options) {
   if (!options.dem.empty()) sample_heights(options.dem, none, "local");
 }
 
-/// Craters are landmarks of their own: their tables are written where there is no boulder, and so no map. What
-/// was written, in words.
+/// Craters are landmarks of their own: their tables are written where there is no boulder, and so no map.
+/// Returns what was written, in words.
 std::string write_craters_alone(const BuildOptions& options, const Prepared& made) {
   const std::string& system = made.source.reference_system;
   std::vector<std::string> written;
