@@ -105,8 +105,10 @@ void RectificationEstimator::estimate_rows_and_angles() {
 void RectificationEstimator::estimate_columns() {
   const double information = columns_information_ + 1.0 / square(params_.prior_columns_px);
   const double columns_px = columns_evidence_ / information;
-  offset_.columns_px =
-      params_.columns_px + beyond(columns_px, square(params_.least_columns_px) + 4.0 / information);
+  // Of a lens that nobody told of, say: no offset of a rig.
+  const bool absurd = !(std::fabs(columns_px) <= 3.0 * params_.prior_columns_px);
+  const double counts = beyond(columns_px, square(params_.least_columns_px) + 4.0 / information);
+  offset_.columns_px = params_.columns_px + (absurd ? 0.0 : counts);
 }
 
 StereoPixel RectificationEstimator::correct(const StereoPixel& measured) const {

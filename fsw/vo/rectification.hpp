@@ -36,10 +36,11 @@ struct RectificationParams {
   double prior_sigma_rad = 1.0e-3;  ///< of each angle: what a flight rig may be off after calibration
   double prior_rows_px = 3.0;       ///< sigma
   double columns_px = 0.0;          ///< known beforehand
-  double prior_columns_px = 0.5;    ///< sigma about it; 0: columns stay what is known beforehand
-  double least_rows_px = 0.1;       ///< what matches of a perfect rig fake
-  double least_columns_px = 0.05;   ///< likewise; twice the estimate's sigma is added in squares
-  double common_px = 0.02;          ///< error that all matches share: their mean is no better
+  /// Sigma about it, of which three are the most that is believed; 0: columns stay what is known beforehand.
+  double prior_columns_px = 0.5;
+  double least_rows_px = 0.1;      ///< what matches of a perfect rig fake
+  double least_columns_px = 0.05;  ///< likewise; twice the estimate's sigma is added in squares
+  double common_px = 0.02;         ///< error that all matches share: their mean is no better
   double sigma_px = 0.3;  ///< of one vertical disparity; above its noise: errors of a frame go together
   double gate_px = 0.5;   ///< larger residuals are no evidence
   double memory_frames = 2000.0;  ///< evidence fades with this time constant

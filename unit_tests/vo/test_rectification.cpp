@@ -267,6 +267,8 @@ void test_columns(void**) {
   RectificationParams params;
   for (const double truth : {-1.0, -0.4, 0.4, 1.0}) assert_near(columns_after(params, truth), truth, 0.02);
   assert_near(columns_after(params, 0.04), 0.0, 0.0);  // what a perfect rig may fake
+  assert_near(columns_after(params, 1.4), 1.4, 0.02);
+  assert_near(columns_after(params, 1.6), 0.0, 0.0);  // no rig is off by more than three sigmas
   params.columns_px = 1.2;
   assert_near(columns_after(params, 1.2), 1.2, 0.0);
   assert_near(columns_after(params, 0.8), 0.8, 0.02);
