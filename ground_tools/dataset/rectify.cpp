@@ -85,6 +85,31 @@ std::optional<Vec2> raw_pixel(const CameraModel& raw, const CameraModel& rectifi
   return project(raw, kFar_m * (q_raw_rect * ray));
 }
 
+bool has_source(const CameraModel& raw, const CameraModel& rectified, const Quat& q_raw_rect,
+                const Vec2& pixel) {
+  const std::optional<Vec2> at = raw_pixel(raw, rectified, q_raw_rect, pixel);
+  return at && at->x() >= 0.0 && at->y() >= 0.0 && at->x() <= raw.width_px - 1 &&
+         at->y() <= raw.height_px - 1;
+}
+
+SourceArea source_area(const CameraPair& raw, const Rectification& rectification) {
+  const CameraModel& camera = rectification.pair.left;
+  const RectifyingTurns turns = rectifying_turns(raw);
+  int all = 0, left = 0, right = 0, both = 0;
+  constexpr int kStep = 2;
+  for (int v = 0; v < camera.height_px; v += kStep) {
+    for (int u = 0; u < camera.width_px; u += kStep) {
+      const bool in_left = has_source(raw.left, camera, turns.left, Vec2(u, v));
+      const bool in_right = has_source(raw.right, camera, turns.right, Vec2(u, v));
+      ++all;
+      left += in_left ? 1 : 0;
+      right += in_right ? 1 : 0;
+      both += in_left && in_right ? 1 : 0;
+    }
+  }
+  return {static_cast<double>(left) / all, static_cast<double>(right) / all, static_cast<double>(both) / all};
+}
+
 RectifyingTurns rectifying_turns(const CameraPair& raw) {
   const Quat q_left_right = raw.T_right_left.q.conjugate();
   const Vec3 x = -(q_left_right * raw.T_right_left.t).normalized();

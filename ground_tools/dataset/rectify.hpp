@@ -37,6 +37,19 @@ std::string rectify(const CameraPair& raw, Rectification& out);
 std::optional<Vec2> raw_pixel(const CameraModel& raw, const CameraModel& rectified, const Quat& q_raw_rect,
                               const Vec2& pixel);
 
+/// Does the raw image show what the rectified pixel is to show? Beyond it the border's grey is repeated.
+bool has_source(const CameraModel& raw, const CameraModel& rectified, const Quat& q_raw_rect,
+                const Vec2& pixel);
+
+/// Shares of the rectified pixels that have a source, 0 to 1: in the left image, in the right one, at one
+/// place in both.
+struct SourceArea {
+  double left = 0.0;
+  double right = 0.0;
+  double both = 0.0;
+};
+SourceArea source_area(const CameraPair& raw, const Rectification& rectification);
+
 /// What both sides' turns are, q_raw_rect.
 struct RectifyingTurns {
   Quat left;

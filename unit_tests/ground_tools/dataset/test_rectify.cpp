@@ -109,6 +109,29 @@ Vec2 by_table(const RemapTable& table, int x, int y) {
          b * ((1.0 - a) * node(0, 1) + a * node(1, 1));
 }
 
+/// Shares of pixels with a source, against the tables' own nodes.
+void test_source_area(void**) {
+  for (const CameraPair& raw : rigs()) {
+    rectified(raw);
+    const SourceArea area = source_area(raw, *result);
+    const auto share = [&](const RemapTable& table) {
+      int inside = 0, all = 0;
+      for (int y = 0; y < 384; y += 4) {
+        for (int x = 0; x < 512; x += 4) {
+          const Vec2 at = by_table(table, x, y);
+          ++all;
+          inside += at.x() >= 0.0 && at.y() >= 0.0 && at.x() <= 511.0 && at.y() <= 383.0 ? 1 : 0;
+        }
+      }
+      return static_cast<double>(inside) / all;
+    };
+    assert_near(area.left, share(result->left), 0.005);
+    assert_near(area.right, share(result->right), 0.005);
+    assert_true(area.both <= area.left && area.both <= area.right && area.both > 0.85);
+    assert_at_least(area.both, area.left + area.right - 1.0 - 1e-12);
+  }
+}
+
 void test_tables_follow_the_models(void**) {
   for (const CameraPair& raw : rigs()) {
     rectified(raw);
@@ -194,11 +217,9 @@ void test_refusals(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_points_lie_on_equal_rows),
-      cmocka_unit_test(test_tables_follow_the_models),
-      cmocka_unit_test(test_zoom),
-      cmocka_unit_test(test_larger_than_the_mission),
-      cmocka_unit_test(test_refusals),
+      cmocka_unit_test(test_points_lie_on_equal_rows), cmocka_unit_test(test_source_area),
+      cmocka_unit_test(test_tables_follow_the_models), cmocka_unit_test(test_zoom),
+      cmocka_unit_test(test_larger_than_the_mission),  cmocka_unit_test(test_refusals),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset/rectify", tests, nullptr, nullptr);
 }
