@@ -83,6 +83,9 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   T_site_rover_ = at_reference_ = Track();
   unseen_ = 0;
   fusion_.init(params.fusion, 0.0, 0.0);
+  tilt_.init(params.tilt);
+  gravity_status_ = heading_status_ = AttitudeStatus::kNone;
+  heading_ = {};
   trust_.init(params.trust);
   watch_.init(params.watch);
   watch_status_ = WatchStatus::kClear;
@@ -117,6 +120,9 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   watch_.init(params_.watch);
   watch_status_ = WatchStatus::kClear;
   fusion_.init(params_.fusion, sigma_xy_m, sigma_yaw_rad);
+  tilt_.init(params_.tilt);
+  gravity_status_ = heading_status_ = AttitudeStatus::kNone;
+  if (heading_.waiting) pass_over_heading();
   trust_.init(params_.trust);
   confirmed_by_fix_ = false;
   against_nats_ = 0.0;
@@ -155,6 +161,7 @@ LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right
   if (have_prior_) prior_ = *motion_prior;
   primed_ = primed_ && have_prior_;
   ++health_.frames;
+  gravity_status_ = heading_status_ = AttitudeStatus::kNone;
   stage_ = FrameStage::kVo;
   watch_status_ = watch_.look(left, right);
   const bool frozen = watch_status_ == WatchStatus::kFrozen;
@@ -218,13 +225,14 @@ Pose3 Localizer::rover_step(const Pose3& T_prev_cur) const {
 bool Localizer::measured() {
   T_site_rover_ = at_reference_;
   fusion_.caught_up();
+  tilt_.caught_up();
   Pose3 step = rover_step(vo_.result().T_prev_cur);
   const double distance = step.t.norm();
   step.t *= trim_.scale;
   step.q = (step.q * lift({0.0, 0.0, trim_.yaw_rad_per_m * distance}).q).normalized();
   T_site_rover_.vo = T_site_rover_.vo * step;
   const Pose2 before = planar(T_map_rover());
-  T_site_rover_.corrected = T_site_rover_.corrected * fusion_.calibrated(step);
+  T_site_rover_.corrected = T_site_rover_.corrected * tilt_.calibrated(fusion_.calibrated(step));
   const Pose3 now = T_map_rover();
   const Pose2 after = planar(now);
   PlanarStep planar_step;
@@ -233,6 +241,12 @@ bool Localizer::measured() {
   planar_step.covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, now);
   planar_step.sound = nothing_against();
   fusion_.propagate(planar_step);
+  tilt_.propagate(
+      {planar_step.d_map_m, after.yaw_rad, tilt_covariance(vo_.result().covariance, rig_.T_rover_cam, now)});
+  if (heading_.waiting) {
+    heading_.variance_rad2 += growth(params_.fusion, planar_step).Q(2, 2);
+    heading_.way_m += std::sqrt(planar_step.d_map_m.squaredNorm());
+  }
   trust_.on(unseen_ > 0 ? TrustEvent::kCaughtUp : TrustEvent::kStepMeasured);
   if (!planar_step.sound) trust_.on(TrustEvent::kDoubted);
   mark_reference();
@@ -266,6 +280,8 @@ bool Localizer::nothing_against() {
 
 void Localizer::doubt_step(const Pose3& between) {
   fusion_.doubt(between.t.norm(), quat_log(between.q).norm());
+  tilt_.doubt(between.t.norm(), quat_log(between.q).norm());
+  if (heading_.waiting) pass_over_heading();
   tear_local_map();
 }
 
@@ -275,8 +291,10 @@ void Localizer::hidden(std::uint32_t frames, const Pose3* motion_prior) {
     const Pose3 step = rover_step(*motion_prior);
     T_site_rover_ = {T_site_rover_.corrected * step, T_site_rover_.vo * step};
     fusion_.coast(step);
+    tilt_.coast(step);
   } else {
     fusion_.hold(frames);
+    tilt_.hold(frames);
   }
   primed_ = primed_ && motion_prior != nullptr;
   unseen_ += frames;
@@ -289,9 +307,12 @@ void Localizer::guessed() {
   T_site_rover_ = {at_reference_.corrected * step, at_reference_.vo * step};
   if (have_prior_) {
     fusion_.coast(rover_step(prior_));
+    tilt_.coast(rover_step(prior_));
   } else {
     fusion_.hold(1);
+    tilt_.hold(1);
   }
+  if (heading_.waiting) pass_over_heading();
   tear_local_map();
   trust_.on(TrustEvent::kGuessed);
   mark_reference();
@@ -309,8 +330,73 @@ void Localizer::mark_reference() {
   at_reference_ = T_site_rover_;
   watch_.used();
   fusion_.give_up();
+  tilt_.give_up();
   unseen_ = 0;
   primed_ = true;
+}
+
+/// kNone where an attitude may be taken.
+AttitudeStatus Localizer::may_take() const {
+  if (params_.correction == CorrectionMode::kWhole) return AttitudeStatus::kPaper;
+  const bool known = pose_source_ != PoseSource::kNone && unseen_ == 0 && !vo_open();
+  return known ? AttitudeStatus::kNone : AttitudeStatus::kNoPose;
+}
+
+AttitudeStatus Localizer::take_gravity(const Vec3& up_rover, double sigma_rad) {
+  gravity_status_ = may_take();
+  if (gravity_status_ == AttitudeStatus::kNone) {
+    const TiltResult r = tilt_.gravity(T_map_rover().q, up_rover, sigma_rad);
+    gravity_status_ = r.status;
+    if (r.status == AttitudeStatus::kFused) {
+      const Vec2 turn_site = Pose2{0.0, 0.0, -T_map_site_.yaw_rad} * r.turn_map;
+      Pose3& pose = T_site_rover_.corrected;
+      pose.q = (quat_exp(Vec3(turn_site.x(), turn_site.y(), 0.0)) * pose.q).normalized();
+      pose.t.z() += r.z_m;
+      at_reference_.corrected = pose;  // nothing is unseen: the two are one
+    }
+  }
+  ++health_.gravity[static_cast<std::size_t>(gravity_status_)];
+  return gravity_status_;
+}
+
+AttitudeStatus Localizer::take_heading(double yaw_rad, double sigma_rad) {
+  const bool good = std::fabs(yaw_rad) <= 2.0 * kPi && sigma_rad >= kLeastAttitudeSigma_rad &&
+                    sigma_rad <= kMostAttitudeSigma_rad;
+  AttitudeStatus status = may_take();
+  if (status == AttitudeStatus::kNone && !good) status = AttitudeStatus::kBadInput;
+  if (status == AttitudeStatus::kNone) {
+    if (heading_.waiting) pass_over_heading();
+    heading_.yaw_map_site_rad = yaw_rad - planar(T_site_rover_.corrected).yaw_rad;
+    heading_.variance_rad2 = sigma_rad * sigma_rad;
+    heading_.way_m = 0.0;
+    heading_.waiting = fix_.status == FixStatus::kRunning;
+    status = heading_.waiting ? AttitudeStatus::kWaiting : use_heading();
+  }
+  heading_status_ = status;
+  ++health_.headings[static_cast<std::size_t>(status)];
+  return status;
+}
+
+AttitudeStatus Localizer::use_heading() {
+  heading_.waiting = false;
+  const double of_rates = heading_.way_m * params_.fusion.sigma_turn_rad_per_m;
+  const FusionResult r = fusion_.heading(wrap_angle(heading_.yaw_map_site_rad - T_map_site_.yaw_rad),
+                                         heading_.variance_rad2 + of_rates * of_rates);
+  if (r.status == FusionStatus::kBadInput) return AttitudeStatus::kBadInput;
+  if (r.status == FusionStatus::kInconsistent) return AttitudeStatus::kInconsistent;
+  turn_about(T_map_site_ * planar(at_reference_.corrected).translation(), r.at_snapshot);
+  return AttitudeStatus::kFused;
+}
+
+void Localizer::use_waiting_heading() {
+  if (!heading_.waiting) return;
+  heading_status_ = use_heading();
+  ++health_.headings[static_cast<std::size_t>(heading_status_)];
+}
+
+void Localizer::pass_over_heading() {
+  heading_.waiting = false;
+  ++health_.headings[static_cast<std::size_t>(AttitudeStatus::kPassedOver)];
 }
 
 Progress Localizer::step_boulders(WorkBudget& budget) {
@@ -357,6 +443,7 @@ void Localizer::begin_fix() {
   const bool open = fix_.status == FixStatus::kRunning && params_.correction == CorrectionMode::kWeighted;
   const bool grown = 2 * local_map_.size() >= 3U * fix_.local_boulders;
   if (open && !(goes_on() && map_fix_.lost() && grown)) return;
+  use_waiting_heading();
   fix_ = {};
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
@@ -582,6 +669,7 @@ void Localizer::finish_fix(FixStatus status) {
   fix_.sigma_xy_m = fusion_.sigma_xy_m();
   fix_.sigma_yaw_rad = fusion_.sigma_yaw_rad();
   ++health_.fixes[static_cast<std::size_t>(status)];
+  use_waiting_heading();
 }
 
 Pose3 Localizer::vo_T_map_cam() const {

@@ -10,14 +10,21 @@
 ///
 /// Frames (doc/FRAMES.md). VO runs in `site`. A fix changes only T_map_site, a planar motion, and thereby x,
 /// y and yaw of T_map_rover = lift(T_map_site) T_site_rover; height, pitch and roll stay VO's (METHOD section
-/// C). The local map lies in `site` and does not jump. VO alone, without map and fixes, is integrated beside
-/// it for comparison.
+/// C) but for what measured gravity tells. The local map lies in `site` and does not jump. VO alone, without
+/// map, fixes and attitudes, is integrated beside it for comparison.
 ///
 /// The correction. `kWeighted` looks for the pose in all that its covariance allows, asks the evidence for a
 /// proof (map_fix.hpp), and weighs what is proved against VO (pose_fusion.hpp): a fix from few or ill placed
 /// boulders moves the pose little, and what fixes tell of VO's scale and turn is used on the steps to come.
 /// `kWhole` is the paper's variant: ICP from the VO pose, believed where it converges and taken whole, which
 /// makes the early path worse than plain VO.
+///
+/// Attitude. Gravity of a rover that stands (accelerometers) corrects pitch and roll, the height that their
+/// errors have cost, and the tilt of steps to come (attitude_fusion.hpp). A heading (sun sensor) corrects yaw
+/// and what goes with it (pose_fusion.hpp); while a fix is under way it waits as what it says of T_map_site,
+/// so that the fix takes its share of it away, and widens by the steps meanwhile. That the rover stood is the
+/// sender's word: pictures taken at stops are a step apart, too, so VO cannot tell (adr/0011-attitude.md).
+/// Without such input nothing differs to the bit.
 ///
 /// Frames without a motion. While VO's reference stands, the pose is held or goes by motion priors, and sigma
 /// grows by what the rover may do; the next good pair measures the whole way from the reference, and what was
@@ -41,6 +48,7 @@
 
 #include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
+#include "localizer/attitude_fusion.hpp"
 #include "localizer/boulder_observer.hpp"
 #include "localizer/boulder_tracks.hpp"
 #include "localizer/carried_hypothesis.hpp"
@@ -75,6 +83,7 @@ struct LocalizerParams {
   IcpParams icp;
   CorrectionMode correction = CorrectionMode::kWeighted;
   FusionParams fusion;
+  TiltParams tilt;
   TrustParams trust;
   WatchParams watch;
   MapFixParams map_fix;
@@ -174,6 +183,9 @@ struct LocalizerHealth {
   std::uint32_t dropped_tracks = 0;
   std::uint32_t bad_priors = 0;
   std::array<std::uint32_t, kWatchStatusCount> watch{};  ///< by WatchStatus
+  /// By AttitudeStatus; a heading that waited counts as that, and by what became of it.
+  std::array<std::uint32_t, kAttitudeStatusCount> gravity{};
+  std::array<std::uint32_t, kAttitudeStatusCount> headings{};
 };
 
 class Localizer {
@@ -204,6 +216,12 @@ class Localizer {
   bool vo_open() const { return stage_ == FrameStage::kVo; }
   Progress step_boulders(WorkBudget& budget);  ///< nothing to do, kDone, while VO is open
 
+  /// The direction away from gravity in the rover frame, measured where the frame was taken and while the
+  /// rover stood; sigma about any horizontal axis. After VO of the frame is done.
+  AttitudeStatus take_gravity(const Vec3& up_rover, double sigma_rad);
+  /// Yaw of the rover in `map` where the frame was taken, within a turn either way. After VO is done.
+  AttitudeStatus take_heading(double yaw_rad, double sigma_rad);
+
   /// Merges tracks, so that begin_fix() need not: in slices.
   Progress prepare_fix(WorkBudget& budget);
   static constexpr std::uint32_t kBeginFixOps = 5000;
@@ -222,6 +240,9 @@ class Localizer {
   Pose3 T_map_rover() const;
   const Pose2& T_map_site() const { return T_map_site_; }
   const PoseFusion& fusion() const { return fusion_; }
+  const AttitudeFusion& tilt() const { return tilt_; }
+  AttitudeStatus gravity_status() const { return gravity_status_; }  ///< of what came for this frame, and ...
+  AttitudeStatus heading_status() const { return heading_status_; }  ///< ... or became of one that waited
   const FixRecord& last_fix() const { return fix_; }
   Trust trust() const { return trust_.state(); }
   WatchStatus watch() const { return watch_status_; }       ///< of this frame
@@ -252,6 +273,10 @@ class Localizer {
   void hidden(std::uint32_t frames, const Pose3* motion_prior);
   void guessed();
   void mark_reference();
+  AttitudeStatus may_take() const;
+  AttitudeStatus use_heading();
+  void use_waiting_heading();
+  void pass_over_heading();
   void tear_local_map();
   void begin_site(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   void begin_registration();  ///< the paper's, and ...
@@ -299,6 +324,17 @@ class Localizer {
   Pose2 T_map_site_start_;
   Pose2 T_map_site_;
   PoseFusion fusion_;
+  AttitudeFusion tilt_;
+  AttitudeStatus gravity_status_ = AttitudeStatus::kNone;
+  AttitudeStatus heading_status_ = AttitudeStatus::kNone;
+  /// What a heading says of T_map_site, until it is used.
+  struct Heading {
+    bool waiting = false;
+    double yaw_map_site_rad = 0.0;
+    double variance_rad2 = 0.0;  ///< grows with the steps since
+    double way_m = 0.0;          ///< since
+  };
+  Heading heading_;
   Vec2 fix_pivot_map_m_ = Vec2(0.0, 0.0);  ///< the rover at the snapshot, or at VO's reference before it
   std::uint32_t fix_created_ = 0;          ///< tracks created by the snapshot ...
   std::uint32_t applied_created_ = 0;  ///< ... and by that of the last fix applied; 0: none since the start

@@ -276,6 +276,29 @@ FusionResult PoseFusion::relocate(const FixOffset& fix) {
   return take(updated(P, fix.offset, fix.covariance), false);
 }
 
+FusionResult PoseFusion::heading(double offset_rad, double variance_rad2) {
+  FusionResult out;
+  if (!is_finite({offset_rad, 0.0, 0.0}) || !(variance_rad2 > 0.0 && variance_rad2 <= 1.0e8)) return out;
+  const ErrorVector Ph = P_.col(2);
+  const double S = Ph[2] + variance_rad2;
+  out.chi2 = offset_rad * offset_rad / S;
+  out.status = FusionStatus::kInconsistent;
+  if (!(out.chi2 <= params_.heading_gate_chi2)) return out;
+  out.status = FusionStatus::kFused;
+  const ErrorVector e = Ph * (offset_rad / S);
+  for (int i = 0; i < 8; ++i) {
+    for (int j = 0; j < 8; ++j) P_(i, j) -= Ph[i] * Ph[j] / S;
+  }
+  correct_rates(e);
+  out.at_snapshot = {e[0], e[1], wrap_angle(e[2])};
+  return out;
+}
+
+void PoseFusion::correct_rates(const ErrorVector& e) {
+  rates_.scale = clamped(rates_.scale + e[3], params_.max_scale);
+  rates_.turn_rad_per_m = clamped(rates_.turn_rad_per_m + e[4], params_.max_turn_rad_per_m);
+}
+
 /// The update lands at the snapshot and is carried to the present.
 FusionResult PoseFusion::take(const ErrorUpdate& update, bool with_rates) {
   FusionResult out;
@@ -284,8 +307,7 @@ FusionResult PoseFusion::take(const ErrorUpdate& update, bool with_rates) {
   out.at_snapshot = {update.e[0], update.e[1], wrap_angle(update.e[2])};
   if (with_rates) {
     const Rates before = rates_;
-    rates_.scale = clamped(before.scale + update.e[3], params_.max_scale);
-    rates_.turn_rad_per_m = clamped(before.turn_rad_per_m + update.e[4], params_.max_turn_rad_per_m);
+    correct_rates(update.e);
     const double k = rates_.scale - before.scale;
     const double w = rates_.turn_rad_per_m - before.turn_rad_per_m;
     const ErrorCovariance& F = since_snapshot_.F;

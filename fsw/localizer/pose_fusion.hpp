@@ -22,6 +22,9 @@
 /// the update is made on the kept P and carried forward, P_now = F P' F' + Q. That is what a filter would
 /// give that had the fix at once.
 ///
+/// A heading (of a sun sensor, say) measures yaw alone and at once, with a gate of its own. It must not come
+/// between a snapshot and its update, which knows of steps alone: the localizer keeps it until then.
+///
 /// Frames that VO does not measure. What the rover does in them is bounded and not random: it goes on, or it
 /// stands. So their sigmas add up as they are, not as roots of sums of squares; 3 sigma is the bound. They
 /// are kept beside P as `hidden`, since VO may yet measure the whole way from its reference: then it was
@@ -55,8 +58,9 @@ struct FusionParams {
   double common_xy_m = cfg::kMission.fix_common_xy_m;  ///< of c
   double common_yaw_rad = cfg::kMission.fix_common_yaw_rad;
   double common_length_m = cfg::kMission.fix_common_length_m;
-  double gate_chi2 = 27.9;      ///< three degrees of freedom: 4e-6 of the good are refused
-  double surprise_chi2 = 11.3;  ///< 1 %
+  double gate_chi2 = 27.9;          ///< three degrees of freedom: 4e-6 of the good are refused
+  double surprise_chi2 = 11.3;      ///< 1 %
+  double heading_gate_chi2 = 21.3;  ///< one degree of freedom: 4e-6 of the good are refused
   double unseen_step_m = cfg::kMission.unseen_step_m;  ///< sigma of what a frame without VO and prior hides
   double unseen_step_rad = cfg::kMission.unseen_step_rad;
   double prior_share = cfg::kMission.prior_share;          ///< of a motion prior's length and turn
@@ -159,6 +163,9 @@ class PoseFusion {
   /// Found anew: the pose before counts for nothing, and the rates fall back to those before the last fix,
   /// which is disowned. kFused or kBadInput.
   FusionResult relocate(const FixOffset& fix);
+  /// Takes in that yaw is off by `offset_rad`, where the rover is now (at_snapshot is of the present pose,
+  /// `since` is nothing). Not between a snapshot and its update.
+  FusionResult heading(double offset_rad, double variance_rad2);
 
  private:
   struct Rates {
@@ -172,6 +179,7 @@ class PoseFusion {
   double hidden_variance_m2() const;
   double hidden_variance_rad2() const;
   FusionResult take(const ErrorUpdate& update, bool with_rates);
+  void correct_rates(const ErrorVector& e);
 
   FusionParams params_;
   ErrorCovariance P_ = ErrorCovariance::Zero();

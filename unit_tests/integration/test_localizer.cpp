@@ -549,6 +549,135 @@ void test_motion_priors(void**) {
   assert_int_equal(localizer.health().bad_priors, 0);
 }
 
+// ---- attitude
+
+Vec3 true_up(std::size_t index) { return data.truth_rover(index)->q.conjugate() * Vec3(0.0, 0.0, 1.0); }
+double true_yaw_rad(std::size_t index) { return planar(*data.truth_rover(index)).yaw_rad; }
+
+double tilt_error_rad(std::size_t index) {
+  const Vec3 up = localizer.T_map_rover().q * true_up(index);
+  return std::hypot(up.x(), up.y());
+}
+
+/// The start's pitch and roll are off by half a degree, which costs 0.01 m a metre of height until gravity
+/// comes. x, y and yaw stay, and so does VO alone.
+void test_gravity_corrects_tilt_and_height(void**) {
+  begin();
+  Pose3 start = *data.truth_rover(0);
+  start.q = (quat_exp(Vec3(0.006, -0.007, 0.0)) * start.q).normalized();
+  assert_status(localizer.set_start(start, 0.02, 0.004), LocalizerStatus::kReady);
+  run(0, kShort);
+  const std::size_t last = kShort - 1;
+  const Pose3 before = localizer.T_map_rover();
+  const Pose3 vo_before = localizer.vo_T_map_cam();
+  const double height_before_m = std::fabs(before.t.z() - data.truth_rover(last)->t.z());
+  const double tilt_before_rad = tilt_error_rad(last);
+  assert_at_least(tilt_before_rad, 0.007);
+  assert_status(localizer.take_gravity(true_up(last), 0.001), AttitudeStatus::kFused);
+  assert_status(localizer.gravity_status(), AttitudeStatus::kFused);
+  assert_at_most(tilt_error_rad(last), 0.2 * tilt_before_rad);
+  const Pose3 after = localizer.T_map_rover();
+  assert_at_most(std::fabs(after.t.z() - data.truth_rover(last)->t.z()), 0.7 * height_before_m + 0.0005);
+  assert_near(after.t.x(), before.t.x(), 0.0);
+  assert_near(after.t.y(), before.t.y(), 0.0);
+  assert_near(planar(after).yaw_rad, planar(before).yaw_rad, 0.002);
+  assert_near((localizer.vo_T_map_cam().t - vo_before.t).norm(), 0.0, 0.0);
+  run(kShort, kShort + 1);  // and steps go on from there
+  assert_at_most(tilt_error_rad(kShort), 0.2 * tilt_before_rad);
+  assert_int_equal(localizer.health().gravity[static_cast<int>(AttitudeStatus::kFused)], 1);
+  assert_status(localizer.gravity_status(), AttitudeStatus::kNone);
+}
+
+void test_a_heading_corrects_yaw(void**) {
+  begin();
+  Pose3 start = *data.truth_rover(0);
+  start.q = (quat_exp(Vec3(0.0, 0.0, 0.02)) * start.q).normalized();
+  assert_status(localizer.set_start(start, 0.02, 0.02), LocalizerStatus::kReady);
+  run(0, kShort);
+  const std::size_t last = kShort - 1;
+  const double off_m = xy_error_m(localizer.T_map_rover(), *data.truth_rover(last));
+  assert_status(localizer.take_heading(true_yaw_rad(last), 0.001), AttitudeStatus::kFused);
+  assert_at_most(std::fabs(wrap_angle(planar(localizer.T_map_rover()).yaw_rad - true_yaw_rad(last))), 0.001);
+  assert_at_most(xy_error_m(localizer.T_map_rover(), *data.truth_rover(last)), 0.4 * off_m);
+  assert_at_most(localizer.fusion().sigma_yaw_rad(), 0.001);
+  // The same angle, a turn away; and what can't be.
+  assert_status(
+      localizer.take_heading(true_yaw_rad(last) - 2.0 * kPi * (true_yaw_rad(last) > 0.0 ? 1 : -1), 0.001),
+      AttitudeStatus::kFused);
+  assert_status(localizer.take_heading(true_yaw_rad(last) + 0.1, 0.01), AttitudeStatus::kInconsistent);
+  for (const double bad : {6.3, static_cast<double>(NAN)})
+    assert_status(localizer.take_heading(bad, 0.01), AttitudeStatus::kBadInput);
+  for (const double bad : {0.0, -0.1, 1.01, 0.99e-4, static_cast<double>(NAN)})
+    assert_status(localizer.take_heading(0.0, bad), AttitudeStatus::kBadInput);
+  assert_int_equal(localizer.health().headings[static_cast<int>(AttitudeStatus::kFused)], 2);
+  assert_int_equal(localizer.health().headings[static_cast<int>(AttitudeStatus::kInconsistent)], 1);
+  assert_int_equal(localizer.health().headings[static_cast<int>(AttitudeStatus::kBadInput)], 7);
+}
+
+/// Before the fix is applied and after it a heading leads to the same pose: neither lost nor taken twice.
+void test_a_heading_waits_for_the_fix(void**) {
+  Pose3 pose[2];
+  double sigma_rad[2] = {};
+  constexpr std::size_t kBegun = kShort - 3;
+  for (const bool waits : {false, true}) {
+    LocalizerParams params;
+    params.tracks.min_sightings = 1;
+    begin(params);
+    run(0, kBegun);
+    localizer.begin_fix();
+    assert_status(localizer.last_fix().status, FixStatus::kRunning);
+    run(kBegun, kShort);
+    const auto heading = [&] { return localizer.take_heading(true_yaw_rad(kShort - 1) + 0.004, 0.002); };
+    if (waits) {
+      const Pose3 before = localizer.T_map_rover();
+      assert_status(heading(), AttitudeStatus::kWaiting);
+      assert_status(heading(), AttitudeStatus::kWaiting);  // the first one is passed over
+      assert_near((localizer.T_map_rover().t - before.t).norm(), 0.0, 0.0);
+    }
+    WorkBudget all = WorkBudget::unlimited();
+    assert_status(localizer.step_fix(all), Progress::kDone);
+    localizer.apply_fix();
+    assert_status(localizer.last_fix().status, FixStatus::kApplied);
+    if (!waits) assert_status(heading(), AttitudeStatus::kFused);
+    assert_status(localizer.heading_status(), AttitudeStatus::kFused);
+    pose[waits ? 1 : 0] = localizer.T_map_rover();
+    sigma_rad[waits ? 1 : 0] = localizer.fusion().sigma_yaw_rad();
+    const auto& counts = localizer.health().headings;
+    assert_int_equal(counts[static_cast<int>(AttitudeStatus::kFused)], 1);
+    assert_int_equal(counts[static_cast<int>(AttitudeStatus::kWaiting)], waits ? 2 : 0);
+    assert_int_equal(counts[static_cast<int>(AttitudeStatus::kPassedOver)], waits ? 1 : 0);
+  }
+  assert_near((pose[1].t - pose[0].t).norm(), 0.0, 1e-9);
+  assert_near((pose[1].q.coeffs() - pose[0].q.coeffs()).norm(), 0.0, 1e-9);
+  assert_near(sigma_rad[1], sigma_rad[0], 1e-9);
+}
+
+void test_attitudes_without_a_pose(void**) {
+  const auto refused = [&](AttitudeStatus status) {
+    assert_status(localizer.take_gravity(true_up(0), 0.003), status);
+    assert_status(localizer.take_heading(true_yaw_rad(0), 0.003), status);
+  };
+  begin();
+  refused(AttitudeStatus::kNoPose);
+  run(0, 2);
+  assert_status(localizer.begin_frame(ImageU8(), ImageU8(), nullptr), LocalizerStatus::kReady);
+  assert_status(localizer.pose_source(), PoseSource::kHeld);
+  refused(AttitudeStatus::kNoPose);
+  assert_int_equal(localizer.health().gravity[static_cast<int>(AttitudeStatus::kNoPose)], 2);
+  const Pair& pair = pair_of(2);
+  assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr), LocalizerStatus::kReady);
+  refused(AttitudeStatus::kNoPose);  // VO is not done
+  finish_frame(localizer);
+  // A heading waits, the pose is guessed, and nobody uses it any more.
+  localizer.begin_fix();
+  assert_status(localizer.take_heading(true_yaw_rad(2), 0.003), AttitudeStatus::kWaiting);
+  assert_status(set_start(2), LocalizerStatus::kReady);
+  assert_int_equal(localizer.health().headings[static_cast<int>(AttitudeStatus::kPassedOver)], 1);
+  begin(paper_params());
+  run(0, 1);
+  refused(AttitudeStatus::kPaper);
+}
+
 void test_unfinished_boulders_are_counted(void**) {
   begin();
   run(0, 2);
@@ -921,6 +1050,10 @@ int main() {
       cmocka_unit_test(test_a_view_that_mostly_stands_still),
       cmocka_unit_test(test_contradicted),
       cmocka_unit_test(test_motion_priors),
+      cmocka_unit_test(test_gravity_corrects_tilt_and_height),
+      cmocka_unit_test(test_a_heading_corrects_yaw),
+      cmocka_unit_test(test_a_heading_waits_for_the_fix),
+      cmocka_unit_test(test_attitudes_without_a_pose),
       cmocka_unit_test(test_unfinished_boulders_are_counted),
       cmocka_unit_test(test_maps_that_are_none),
       cmocka_unit_test(test_every_fix_status),

@@ -158,6 +158,54 @@ void test_against_the_textbook_filter(void**) {
   }
 }
 
+/// A heading is a scalar of the present yaw, and what goes with it follows.
+void test_a_heading(void**) {
+  FusionParams params;
+  params.max_scale = params.max_turn_rad_per_m = 1.0;
+  Oracle oracle;
+  PoseFusion fusion;
+  fusion.init(params, 0.05, 0.02);
+  oracle.start(params, 0.05, 0.02);
+  for (int i = 0; i < 5; ++i) {
+    fusion.propagate(step_of(1.5, 0.3, 0.1));
+    oracle.step(params, step_of(1.5, 0.3, 0.1));
+    double Ph[8];
+    for (int m = 0; m < 8; ++m) Ph[m] = oracle.P[m][2];
+    const double S = Ph[2] + 1e-5;
+    const double offset = 0.01 - 0.003 * i;
+    for (int m = 0; m < 8; ++m)
+      for (int n = 0; n < 8; ++n) oracle.P[m][n] -= Ph[m] * Ph[n] / S;
+    oracle.k += Ph[3] * offset / S;
+    oracle.w += Ph[4] * offset / S;
+    const FusionResult got = fusion.heading(offset, 1e-5);
+    assert_status(got.status, FusionStatus::kFused);
+    assert_near(got.chi2, offset * offset / S, 1e-9);
+    assert_near(got.at_snapshot.x_m, Ph[0] * offset / S, 1e-12);
+    assert_near(got.at_snapshot.y_m, Ph[1] * offset / S, 1e-12);
+    assert_near(got.at_snapshot.yaw_rad, Ph[2] * offset / S, 1e-12);
+    assert_near(std::hypot(std::hypot(got.since.x_m, got.since.y_m), got.since.yaw_rad), 0.0, 0.0);
+    assert_near(fusion.scale(), oracle.k, 1e-12);
+    assert_near(fusion.turn_rad_per_m(), oracle.w, 1e-12);
+    const Mat3 now = fusion.covariance();
+    for (int m = 0; m < 9; ++m) assert_near(now(m / 3, m % 3), oracle.P[m / 3][m % 3], 1e-12);
+  }
+  assert_at_least(std::fabs(fusion.turn_rad_per_m()), 1e-4);
+  const double before = fusion.sigma_yaw_rad();
+  const double rate = fusion.turn_rad_per_m();
+  const double sigma = std::sqrt(before * before + 1e-5);
+  assert_status(fusion.heading(4.7 * sigma, 1e-5).status, FusionStatus::kInconsistent);
+  assert_status(fusion.heading(-4.7 * sigma, 1e-5).status, FusionStatus::kInconsistent);
+  for (const double bad : {static_cast<double>(NAN), static_cast<double>(HUGE_VAL)}) {
+    assert_status(fusion.heading(bad, 1e-5).status, FusionStatus::kBadInput);
+    assert_status(fusion.heading(0.0, bad).status, FusionStatus::kBadInput);
+  }
+  assert_status(fusion.heading(0.0, 0.0).status, FusionStatus::kBadInput);
+  assert_status(fusion.heading(0.0, -1e-5).status, FusionStatus::kBadInput);
+  assert_near(fusion.sigma_yaw_rad(), before, 0.0);
+  assert_near(fusion.turn_rad_per_m(), rate, 0.0);
+  assert_status(fusion.heading(4.5 * sigma, 1e-5).status, FusionStatus::kFused);
+}
+
 /// The present pose after a late fix: turned about the snapshot, then shifted by what the rates change.
 void test_late_fix_moves_the_present_pose(void**) {
   const FusionParams params = without_common();
@@ -897,6 +945,7 @@ void test_late_relocation(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_against_the_textbook_filter),
+      cmocka_unit_test(test_a_heading),
       cmocka_unit_test(test_late_fix_moves_the_present_pose),
       cmocka_unit_test(test_covariance_of_a_step),
       cmocka_unit_test(test_without_fixes),
