@@ -191,15 +191,23 @@ bench-decode: ## instructions a boulder that reading a map takes on the emulated
 	$(call counted,$(B)/decode.elf,$(B)/decode)
 	@awk -F '\t' -f platform/tape/decode.awk $(B)/decode.log $(B)/decode.tsv
 
-profile: ## model cycles of each job on the emulated processor against its budget (TARGET=...; FRAME=n in detail)
+PROFILE = $(B)/profile$(DRIVE_NAME:%=-%)$(SLICE:%=-slice-%)
+profile: ## model cycles of each job on the emulated processor against its budget (TARGET=...; DRIVE=...; FRAME=n)
 	$(board)
 	$(call ready,test,host-cairn $(PROFILER) $(B)/replay.elf $(BARE_BOARD))
-	@mkdir -p $(B)/profile
-	@printf 'Running the sample on the emulated processor, a few minutes\n'
-	$(call counted,$(B)/replay.elf,$(B)/profile/run,$(comma)budget=$(TIME_BUDGET)$(FRAME:%=$(comma)frame=%))
-	@build/host/cairn profile $(B)/profile/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(B)/profile \
-	  --console $(B)/profile/run.log \
-	  $(CLOCK_MHZ:%=--clock %)
+	@mkdir -p $(PROFILE)
+	@printf 'Running %s on the emulated processor, a few minutes\n' '$(or $(DRIVE),the sample)'
+	$(call counted,$(B)/replay.elf,$(PROFILE)/run,$(comma)budget=$(TIME_BUDGET)$(FRAME:%=$(comma)frame=%))
+	@build/host/cairn profile $(PROFILE)/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(PROFILE) \
+	  --console $(PROFILE)/run.log \
+	  $(CLOCK_MHZ:%=--clock %) $(SLICE:%=|| true)
+
+wcet: ## bounds of each task and of cycle() in time, beside the longest seen (TARGET=...; DRIVE=folder adds a drive)
+	$(board)
+	@+$(MAKE) deps-build && $(MAKE) TARGET=host $(jobs) build/host/replay.elf $(UNITS) $(ROWS)
+	@mkdir -p build/host/ops
+	@build/host/replay.elf >build/host/ops/$(or $(DRIVE_NAME),sample).log
+	@$(CHECK)/wcet.py $(TIME_BUDGET) --target $(TARGET) $(ROWS) $(UNITS) build/host/ops/*.log
 
 fuzz: ## fuzz the readers and the whole module with sanitizers (RUNS=10000000 executions); findings are in build/fuzz
 	$(call ready,check,$(FUZZERS))
@@ -304,9 +312,12 @@ $(B)/platform/%.o: platform/%.S
 	@mkdir -p $(@D)
 	$(call say,AS,$<)
 	$(Q)$(CC) $(CPU) -c $< -o $@
-# Made on the host, for every target; TAPE=file takes another drive.
+# Made on the host, for every target; DRIVE=folder or TAPE=file takes another drive.
 SAMPLE_TAPE := build/sample.tape
-TAPE        ?= $(SAMPLE_TAPE)
+DRIVE       ?=
+DRIVE_NAME  := $(notdir $(patsubst %/,%,$(DRIVE)))
+DRIVE_TAPE  := $(DRIVE:%=build/drives/$(DRIVE_NAME).tape)
+TAPE        ?= $(or $(DRIVE_TAPE),$(SAMPLE_TAPE))
 $(B)/platform/tape/tape_image.o: platform/tape/tape_image.S $(TAPE) $(B)/tape.name
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(CPU) -DCAIRN_TAPE='"$(TAPE)"' -c $< -o $@
@@ -316,7 +327,20 @@ $(B)/tape.name: FORCE
 $(SAMPLE_TAPE): $(wildcard $(SAMPLE)/*.txt $(SAMPLE)/*.csv) | $(if $(BARE),host-cairn,$(CAIRN))
 	@build/host/cairn map build --from-csv $(SAMPLE)/truth_rocks.csv -o build/sample.cmap
 	@build/host/cairn tape --dataset $(SAMPLE) --map build/sample.cmap --frames 0:$(TAPE_FRAMES) -o $@
-TAPE_FRAMES := 35
+TAPE_FRAMES ?= 35
+# Over its own map where the folder has one, else over that of its true rocks.
+$(DRIVE_TAPE): $(wildcard $(DRIVE)/*.txt $(DRIVE)/*.csv) | host-cairn
+	@mkdir -p $(@D)
+	@[ -f $(DRIVE)/map.cmap ] && cp $(DRIVE)/map.cmap $(@:.tape=.cmap) || \
+	  build/host/cairn map build --from-csv $(DRIVE)/truth_rocks.csv -o $(@:.tape=.cmap)
+	@build/host/cairn tape --dataset $(DRIVE) --map $(@:.tape=.cmap) --frames 0:$(TAPE_FRAMES) -o $@
+# SLICE=ops: of one cycle, where not the mission's.
+SLICE ?=
+$(B)/platform/tape/replay.o: BARE_CXX += $(SLICE:%=-DCAIRN_SLICE_OPS=%)
+$(B)/platform/tape/replay.o: $(B)/slice.name
+$(B)/slice.name: FORCE
+	@mkdir -p $(@D)
+	@echo '$(SLICE)' | cmp -s - $@ || echo '$(SLICE)' >$@
 host-cairn:
 	@+$(MAKE) TARGET=host MISSION=paper SAN= build/host/cairn
 $(B)/ground_tools/%.o: ground_tools/%.cpp
@@ -509,8 +533,9 @@ CHECK        = python3 -B -S ground_tools/checks
 # What is proved of each target's library, and what of the text, once.
 PROOFS      := symbols stack isa memory
 OF_TEXT     := floors trace names layout prose icd pages
-SELF_TESTS  := $(addprefix check-self-,$(PROOFS) flags $(if $(BARE),,$(OF_TEXT) integration schedule))
-CHECKS      := $(SELF_TESTS) $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) schedule format cppcheck tidy fuzz))
+SELF_TESTS  := $(addprefix check-self-,$(PROOFS) flags $(if $(BARE),,$(OF_TEXT) integration schedule wcet))
+CHECKS      := $(SELF_TESTS) $(if $(BARE),,check-self-units) \
+               $(addprefix check-,$(PROOFS) $(if $(BARE),,$(OF_TEXT) schedule units format cppcheck tidy fuzz))
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
 # An image is proved with the library where there is one that is not older.
 IMAGE        = $(if $(BARE),$(shell [ $(B)/replay.elf -nt $(FSW_LIB) ] && echo $(B)/replay.elf))
@@ -545,8 +570,28 @@ build/host/schedule/%.tsv: ground_tools/checks/schedule.cpp mission_cfg/schedule
                            mission_cfg/mission_cfg.hpp mission_cfg/%/mission_values.hpp
 	@mkdir -p $(@D)
 	$(Q)g++ -std=c++17 $(WARN) -I. -Imission_cfg -Imission_cfg/$* -Ifsw $< -o $(@:.tsv=) && $(@:.tsv=) >$@
+# And its longest units of work.
+ROWS  := build/host/schedule/$(MISSION).tsv
+UNITS := build/host/units/$(MISSION).tsv
+$(UNITS): ground_tools/checks/units.cpp fsw/app/unit_bounds.hpp $(wildcard fsw/*/*.hpp mission_cfg/*.hpp) \
+          mission_cfg/$(MISSION)/mission_values.hpp
+	@mkdir -p $(@D)
+	$(Q)g++ -std=c++17 $(WARN) $(INC) $< -o $(@:.tsv=) && $(@:.tsv=) >$@
 check-schedule: $(SCHEDULES)
 	@$(CHECK)/schedule.py mission_cfg/timing_budget.toml $(SCHEDULES)
+# Flight code whose basic blocks are counted, for what a unit of work does against what it asks for.
+COUNT        := -fsanitize-coverage=trace-pc
+$(B)/counted/fsw/%.o: fsw/%.cpp
+	@mkdir -p $(@D)
+	$(call say,COUNT,$<)
+	$(Q)$(CXX) $(CPU) $(COMMON) -O2 -fno-exceptions -fno-rtti $(COUNT) -c $< -o $@
+$(B)/unit_blocks: unit_tests/integration/unit_blocks.cpp $(patsubst %.cpp,$(B)/counted/%.o,$(filter fsw/%,$(FSW_SRC))) \
+                  $(TOOL_LIB) $(SUPPORT_LIB) $(PLATFORM_LIB)
+	$(Q)$(CXX) $(CPU) $(TESTING) $(COUNT) $(filter-out %.d %.hpp,$^) $(TOOL_LIBS) -lcmocka -lfmt -o $@
+check-self-units: $(B)/unit_blocks
+	@$(B)/unit_blocks --self-test
+check-units: $(B)/unit_blocks
+	@$(B)/unit_blocks
 check-format:
 	@clang-format --dry-run -Werror $(CXX_FILES) && echo 'format: all files as clang-format has them'
 # arrayIndexThenCheck takes a tie broken by index for a bound.

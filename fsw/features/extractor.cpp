@@ -9,7 +9,6 @@ namespace {
 
 constexpr int kContrast = 154;  // 0.6 grey levels in units of 1/256: below it is noise of an 8-bit image
 constexpr int kMargin = kDescriptorMargin;
-constexpr std::uint32_t kRowOpsPerPixel = 30;
 
 /// Curvatures of the difference at a pixel.
 struct Hessian {
@@ -84,11 +83,11 @@ ExtractStatus FeatureExtractor::start(const ImageU8& image) {
 Progress FeatureExtractor::step(WorkBudget& budget) {
   if (status_ != ExtractStatus::kRunning) return Progress::kDone;
   while (row_ < image_.height) {
-    if (!budget.take(kRowOpsPerPixel * static_cast<std::uint32_t>(image_.width))) return Progress::kMore;
+    if (!budget.take(row_ops(image_.width))) return Progress::kMore;
     do_row(row_++);
   }
   if (!selected_) {
-    if (!budget.take(10U * kCellsX * kCellsY * kPerCell)) return Progress::kMore;
+    if (!budget.take(select_ops())) return Progress::kMore;
     select();
     selected_ = true;
   }

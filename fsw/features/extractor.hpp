@@ -35,10 +35,12 @@ enum class CAIRN_NODISCARD ExtractStatus : std::uint8_t {
 class FeatureExtractor {
  public:
   static constexpr std::size_t kMinFeatures = 20;
+  static constexpr std::uint32_t row_ops(int width) { return 30U * static_cast<std::uint32_t>(width); }
+  static constexpr std::uint32_t select_ops() { return 10U * kCellsX * kCellsY * kPerCell; }
 
   /// Starts on `image` (borrowed until done), at least 64 x 64 and at most the mission's size.
   ExtractStatus start(const ImageU8& image);
-  /// Units: one row of the image, one descriptor.
+  /// Units: one row of the image, the choice of features, one descriptor.
   Progress step(WorkBudget& budget);
   ExtractStatus status() const { return status_; }
 

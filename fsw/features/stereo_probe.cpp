@@ -82,15 +82,14 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
       continue;
     }
     while (prepared_ < 2) {
-      if (!budget.take(6U * static_cast<std::uint32_t>(left_.width))) return Progress::kMore;
+      if (!budget.take(band_ops(left_.width))) return Progress::kMore;
       const bool right = prepared_++ == 1;
       prepare(right ? right_ : left_, right ? v_ + right_lower_px_ : v_, right ? right_band_ : left_band_,
               right);
     }
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
-    if (!budget.take(100U + (steps > 0 ? 4U * static_cast<std::uint32_t>(steps) : 0U)))
-      return Progress::kMore;
+    if (!budget.take(probe_ops(steps))) return Progress::kMore;
     if (steps >= 4) budget.charge(probe(u_, v_, range));
     u_ += kSpacing;
     if (u_ + kHalf > left_.width) next_row();

@@ -59,6 +59,23 @@ enum class CAIRN_NODISCARD ProbeStatus : std::uint8_t {
 class StereoProbeJob {
  public:
   static constexpr int kSpacing = cfg::kMission.probe_spacing_px;
+  static constexpr int kMaxRange = 256;  ///< disparities
+  /// The bands of one image.
+  static constexpr std::uint32_t band_ops(int width) { return 6U * static_cast<std::uint32_t>(width); }
+  /// Before it is known what must be compared ...
+  static constexpr std::uint32_t probe_ops(int steps) {
+    return 100U + (steps > 0 ? 4U * static_cast<std::uint32_t>(steps) : 0U);
+  }
+  /// ... and where everything must be.
+  static constexpr std::uint32_t most_probe_ops(int steps) {
+    return probe_ops(steps) + 40U * static_cast<std::uint32_t>(steps);
+  }
+  /// Disparities of a probe: most where the range about the plane's ends at the largest.
+  static constexpr int most_steps(const StereoProbeParams& p) {
+    const double high = p.max_disparity_px;
+    const int steps = static_cast<int>(high - (high - 2.0) / (1.0 + p.above) * (1.0 - p.below) + 2.0) + 2;
+    return steps < kMaxRange ? steps : kMaxRange;
+  }
   using Probes = FixedVector<StereoProbe, cfg::kMaxProbes>;
 
   /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. `right_lower_px`: rows by which the
@@ -76,7 +93,6 @@ class StereoProbeJob {
     int low;
     int high;
   };
-  static constexpr int kMaxRange = 256;
   /// Eight rows of an image, in columns of words with a pixel of the upper four rows in the upper half and
   /// the one four rows below it in the lower half.
   struct Band {

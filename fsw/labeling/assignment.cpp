@@ -109,7 +109,7 @@ void AssignmentCore::finish(const Workspace& w) {
 
 Progress AssignmentCore::step(WorkBudget& budget, const Workspace& w) {
   while (status_ == AssignmentStatus::kRunning) {
-    if (!budget.take(4U * static_cast<std::uint32_t>(cols_))) return Progress::kMore;
+    if (!budget.take(unit_ops(cols_))) return Progress::kMore;
     grow(w);
     if (w.row_of_col[tip_col_] != kNone) continue;
     augment(w);

@@ -44,6 +44,7 @@ struct AssignmentMatrix {
 /// The algorithm on memory that its owner lends to it.
 class AssignmentCore {
  public:
+  static constexpr std::uint32_t unit_ops(int columns) { return 4U * static_cast<std::uint32_t>(columns); }
   static constexpr std::uint16_t kNone = 0xFFFF;
 
   /// `capacity` items each.

@@ -176,7 +176,7 @@ bool ClusteringJob::unit(WorkBudget& budget) {
   const auto n = static_cast<std::uint32_t>(points_.size());
   switch (phase_) {
     case Phase::kSpread:
-      if (!budget.take(4U * n)) return false;
+      if (!budget.take(spread_ops(n))) return false;
       spread_unit();
       return true;
     case Phase::kMatrix:

@@ -66,6 +66,9 @@ struct ClusteringResult {
 /// One clustering, resumable. The points are copied at start.
 class ClusteringJob {
  public:
+  static constexpr std::uint32_t spread_ops(std::size_t points) {
+    return 4U * static_cast<std::uint32_t>(points);
+  }
   /// kRunning, or what is wrong with the input.
   ClusteringStatus start(const ClusteringParams& params, const ClusterPoints& points);
   Progress step(WorkBudget& budget);  ///< the same result for every slicing

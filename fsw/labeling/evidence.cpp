@@ -69,12 +69,12 @@ Progress RegionEvidenceJob::step(WorkBudget& budget) {
   if (status_ != RegionEvidenceStatus::kRunning) return Progress::kDone;
   while (phase_ == Phase::kIndex || next_ < regions_->size()) {
     if (phase_ == Phase::kOpen) {
-      if (!budget.take(50)) return Progress::kMore;
+      if (!budget.take(kOpenOps)) return Progress::kMore;
       open();
       continue;
     }
-    const std::uint32_t each = phase_ == Phase::kIndex ? 4U : phase_ == Phase::kGather ? 12U : 9U;
-    if (!budget.take(10U + each * static_cast<std::uint32_t>(unit_end() - cursor_))) return Progress::kMore;
+    const std::uint32_t each = phase_ == Phase::kIndex ? 4U : phase_ == Phase::kGather ? kMostEach : 9U;
+    if (!budget.take(unit_ops(unit_end() - cursor_, each))) return Progress::kMore;
     unit();
     if (cursor_ == end_) next_phase();
   }

@@ -66,6 +66,11 @@ enum class CAIRN_NODISCARD RegionEvidenceStatus : std::uint8_t {
 class RegionEvidenceJob {
  public:
   static constexpr std::size_t kUnitPoints = 384;
+  static constexpr std::uint32_t kOpenOps = 50;
+  static constexpr std::uint32_t unit_ops(std::size_t points, std::uint32_t each) {
+    return 10U + each * static_cast<std::uint32_t>(points);
+  }
+  static constexpr std::uint32_t kMostEach = 12;
 
   /// `points` is borrowed until done and gets its `raised` set.
   RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions,

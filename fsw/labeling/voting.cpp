@@ -50,7 +50,7 @@ void VotingJob::begin_assignment() {
 Progress VotingJob::step(WorkBudget& budget) {
   if (status_ != VotingStatus::kRunning) return Progress::kDone;
   while (sifted_ < labels_t_) {
-    if (!budget.take(2U * static_cast<std::uint32_t>(labels_t1_))) return Progress::kMore;
+    if (!budget.take(sift_ops(labels_t1_))) return Progress::kMore;
     std::uint16_t* const row = votes_ + sifted_ * labels_t1_;
     for (int i = 0; i < labels_t1_; ++i) {
       if (row[i] < min_votes_) row[i] = 0;

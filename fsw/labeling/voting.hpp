@@ -38,6 +38,8 @@ struct VotingResult {
 
 class VotingJob {
  public:
+  static constexpr std::uint32_t sift_ops(int labels) { return 2U * static_cast<std::uint32_t>(labels); }
+
   /// kCollecting for `labels_t` labels in frame t and `labels_t1` in t+1, or kBadInput.
   VotingStatus start(int labels_t, int labels_t1, int min_votes);
 

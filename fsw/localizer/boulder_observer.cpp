@@ -3,13 +3,6 @@
 #include <cmath>
 
 namespace cairn {
-namespace {
-
-constexpr std::uint32_t kRun = 512;      // surface points looked at in one unit
-constexpr std::uint32_t kCarried = 128;  // points of the last frame carried over in one
-
-}  // namespace
-
 void BoulderObserver::init(const BoulderParams& params, const StereoRig& rig) {
   params_ = params;
   rig_ = rig;
@@ -80,13 +73,14 @@ bool BoulderObserver::work(WorkBudget& budget) {
 std::uint32_t BoulderObserver::unit_ops() const {
   const auto raised = static_cast<std::uint32_t>(raised_.size());
   switch (phase_) {
-    case Phase::kLift: return 60U;
-    case Phase::kCollect: return cursor_ > 0 ? 2U * kRun : 3U * raised;
-    case Phase::kSort: return 4U * raised;
-    case Phase::kDescribe: return 60U + 4U * (cluster_begin_[cursor_ + 1U] - cluster_begin_[cursor_]);
-    case Phase::kPaint: return 1000U + 3U * raised;
-    case Phase::kCarry: return 20U * kCarried;
-    case Phase::kKeep: return 1U + 3U * raised;
+    case Phase::kLift: return kLiftOps;
+    case Phase::kCollect: return cursor_ > 0 ? kCollectOps : start_ops(raised);
+    case Phase::kSort: return sort_ops(raised);
+    case Phase::kDescribe:
+      return describe_ops(std::uint32_t{cluster_begin_[cursor_ + 1U]} - cluster_begin_[cursor_]);
+    case Phase::kPaint: return paint_ops(raised);
+    case Phase::kCarry: return kCarryOps;
+    case Phase::kKeep: return keep_ops(raised);
     default: return 0;
   }
 }

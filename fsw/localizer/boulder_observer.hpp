@@ -75,6 +75,18 @@ struct ObserveCounts {
 
 class BoulderObserver {
  public:
+  /// With so many raised points, or the same of one cluster: what no job of its own counts.
+  static constexpr std::uint32_t kRun = 512;      ///< surface points gathered in a unit
+  static constexpr std::uint32_t kCarried = 128;  ///< points of the last frame carried over in a unit
+  static constexpr std::uint32_t kLiftOps = 60;
+  static constexpr std::uint32_t kCollectOps = 2 * kRun;
+  static constexpr std::uint32_t kCarryOps = 20 * kCarried;
+  static constexpr std::uint32_t start_ops(std::uint32_t points) { return 3U * points; }
+  static constexpr std::uint32_t sort_ops(std::uint32_t points) { return 4U * points; }
+  static constexpr std::uint32_t describe_ops(std::uint32_t points) { return 60U + 4U * points; }
+  static constexpr std::uint32_t paint_ops(std::uint32_t points) { return 1900U + 3U * points; }
+  static constexpr std::uint32_t keep_ops(std::uint32_t points) { return 1U + 3U * points; }
+
   /// Forgets the last frame.
   void init(const BoulderParams& params, const StereoRig& rig);
   /// Images are borrowed until done. `plane`: disparity plane of the frame (VisualOdometry::disparity_plane);

@@ -28,14 +28,13 @@ void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame
 
 Progress BoulderTracks::step(WorkBudget& budget) {
   if (phase_ == Phase::kVoted) {
-    const std::size_t ops = 50U + 4U * tracks_.size() + 14U * sightings_->size();
-    if (!budget.take(static_cast<std::uint32_t>(ops))) return Progress::kMore;
+    if (!budget.take(voted_ops(tracks_.size(), sightings_->size()))) return Progress::kMore;
     take_voted();
     phase_ = Phase::kNearest;
   }
   for (; phase_ == Phase::kNearest && cursor_ < last_count_; ++cursor_) {
     if (last_track_[cursor_] != kNone) continue;
-    if (!budget.take(20U + 3U * static_cast<std::uint32_t>(tracks_.size()))) return Progress::kMore;
+    if (!budget.take(nearest_ops(tracks_.size()))) return Progress::kMore;
     take_nearest(cursor_);
   }
   phase_ = Phase::kDone;
@@ -190,8 +189,7 @@ Progress BoulderTracks::settle(WorkBudget& budget) {
       settling_ = 0;
       continue;
     }
-    if (!budget.take(10U + 3U * static_cast<std::uint32_t>(tracks_.size() - settling_)))
-      return Progress::kMore;
+    if (!budget.take(settle_ops(tracks_.size() - settling_))) return Progress::kMore;
     const std::uint32_t gone = merge_into(settling_++);
     budget.charge(gone * (2U * tracks_.size() + cfg::kMaxLabels));
     merged_ = merged_ || gone > 0;

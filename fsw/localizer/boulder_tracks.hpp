@@ -31,6 +31,15 @@ double fresh_share(const LocalMap& local, std::uint32_t created);
 
 class BoulderTracks {
  public:
+  static constexpr std::uint32_t voted_ops(std::size_t tracks, std::size_t sightings) {
+    return static_cast<std::uint32_t>(50U + 4U * tracks + 14U * sightings);
+  }
+  static constexpr std::uint32_t nearest_ops(std::size_t tracks) {
+    return static_cast<std::uint32_t>(20U + 3U * tracks);
+  }
+  static constexpr std::uint32_t settle_ops(std::size_t tracks) {
+    return static_cast<std::uint32_t>(10U + 3U * tracks);
+  }
   void init(const TrackParams& params);
   /// Takes in the sightings (borrowed until done) of frame number `frame` (rising), and forgets tracks that
   /// left the window.

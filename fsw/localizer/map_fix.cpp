@@ -143,6 +143,10 @@ Progress MapFix::step(WorkBudget& budget) {
       case Phase::kWindow:
         if (read_window(budget) == Progress::kMore) return Progress::kMore;
         break;
+      case Phase::kLay:
+        if (!budget.take(BoulderGrid::start_ops(window_.size()))) return Progress::kMore;
+        begin_search();
+        break;
       case Phase::kSearch:
         if (search_.step(budget) == Progress::kMore) return Progress::kMore;
         take_search();
@@ -168,7 +172,7 @@ Progress MapFix::read_window(WorkBudget& budget) {
     if (progress == Progress::kDone) break;
     if (chunk.empty()) return Progress::kMore;
   }
-  begin_search(params_.search.evidence.scale_sigma);
+  phase_ = Phase::kLay;
   return Progress::kDone;
 }
 
@@ -189,10 +193,9 @@ bool MapFix::expects_proof(std::size_t boulders, double density) const {
   return n * each - 2.0 * std::sqrt(n * kTrueShare) > params_.search.verdict.ln_threshold + volume;
 }
 
-void MapFix::begin_search(double scale_sigma) {
+void MapFix::begin_search() {
   result_.map_boulders = static_cast<std::uint16_t>(window_.size());
   phase_ = Phase::kSearch;
-  params_.search.evidence.scale_sigma = scale_sigma;
   status_ = status_of(search_.start(params_.search, window_, window_radius_m_, local_, T_map_site_,
                                     pivot_site_m_, prior_covariance_));
 }
@@ -221,8 +224,11 @@ void MapFix::take_search() {
   judged(r.verdict, Vec3(pose.x_m, pose.y_m, wrap_angle(pose.yaw_rad - T_map_site_.yaw_rad)), r.covariance,
          information);
   if (!again && status_ == MapFixStatus::kTooLittleEvidence && result_.hypotheses > 0 &&
-      params_.search.evidence.scale_sigma == 0.0 && params_.search.scale_sigma > 0.0)
-    begin_search(params_.search.scale_sigma);
+      params_.search.evidence.scale_sigma == 0.0 && params_.search.scale_sigma > 0.0) {
+    params_.search.evidence.scale_sigma = params_.search.scale_sigma;
+    status_ = MapFixStatus::kRunning;
+    phase_ = Phase::kLay;
+  }
 }
 
 void MapFix::take_relocation() {

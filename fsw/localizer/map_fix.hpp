@@ -92,7 +92,7 @@ class MapFix {
   bool lost() const { return phase_ == Phase::kRelocate; }
 
  private:
-  enum class Phase : std::uint8_t { kWindow, kSearch, kRelocate };
+  enum class Phase : std::uint8_t { kWindow, kLay, kSearch, kRelocate };
 
   void begin(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
              const Pose2& T_map_site, const Vec2& pivot_site_m);
@@ -100,7 +100,7 @@ class MapFix {
   MapFixStatus look_widely();
   SearchRegion region_of_prior() const;
   Progress read_window(WorkBudget& budget);
-  void begin_search(double scale_sigma);
+  void begin_search();
   void take_search();
   void take_relocation();
   bool expects_proof(std::size_t boulders, double density) const;

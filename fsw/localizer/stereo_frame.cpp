@@ -93,7 +93,7 @@ Progress StereoFrameJob::work(WorkBudget& budget) {
     case Phase::kMatch: return match_.step(budget);
     case Phase::kPlane:
       for (; cursor_ < kPlaneIterations; ++cursor_) {
-        if (!budget.take(20U * static_cast<std::uint32_t>(points.size() + 1))) return Progress::kMore;
+        if (!budget.take(plane_ops(points.size()))) return Progress::kMore;
         fit_plane(cursor_ == 0);
       }
       break;

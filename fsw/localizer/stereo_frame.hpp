@@ -77,6 +77,9 @@ inline constexpr float kMaxRowOffset_px = 1.5F;
 
 class StereoFrameJob {
  public:
+  static constexpr std::uint32_t plane_ops(std::size_t points) {
+    return 20U * static_cast<std::uint32_t>(points + 1);
+  }
   /// Forgets what was learnt of the rectification. `min_points`: fewest that are of use to the caller.
   void init(const StereoFrameParams& params, const StereoRig& rig, int min_points);
   /// Images and frame are borrowed until done. kRunning, or kBadImage.

@@ -7,14 +7,6 @@
 #include "orbital_map/cmap_format.hpp"
 
 namespace cairn {
-namespace {
-
-constexpr std::uint32_t kCrcUnitBytes = 256;
-constexpr std::uint32_t kTileCost = 10;
-constexpr std::uint32_t kBoulderCost = 25;
-
-}  // namespace
-
 WindowStatus MapReader::start(const OrbitalMap& map, const Vec2& p_map_m, double radius_m) {
   phase_ = Phase::kDone;
   damaged_tiles_ = 0;
@@ -35,7 +27,7 @@ Progress MapReader::step(WorkBudget& budget, Chunk& out) {
   while (phase_ != Phase::kDone && out.empty()) {
     switch (phase_) {
       case Phase::kNextTile:
-        if (!budget.take(kTileCost)) return Progress::kMore;
+        if (!budget.take(kTileOps)) return Progress::kMore;
         begin_tile();
         break;
       case Phase::kCrc:
@@ -43,7 +35,7 @@ Progress MapReader::step(WorkBudget& budget, Chunk& out) {
         crc_unit();
         break;
       case Phase::kBoulders:
-        if (!budget.take(kBoulderCost * kChunk)) return Progress::kMore;
+        if (!budget.take(kChunkOps)) return Progress::kMore;
         boulder_unit(out);
         break;
       case Phase::kDone: break;

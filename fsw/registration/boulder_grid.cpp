@@ -5,8 +5,6 @@
 namespace cairn {
 namespace {
 
-constexpr std::uint32_t kChunk = 256;
-
 // False for NaN.
 bool is_near(const Vec2& p) {
   constexpr double kMax = BoulderGrid::kMaxCoordinate_m;
@@ -20,11 +18,6 @@ bool SizeRule::agree(float a_m, float b_m) const {
   const auto a = static_cast<double>(a_m);
   const auto b = static_cast<double>(b_m);
   return a <= max_ratio * b && b <= max_ratio * a;
-}
-
-std::uint32_t BoulderQuery::ops() const {
-  const auto rows = static_cast<std::uint32_t>(y1 - y0 + 1);
-  return (rows > 4U ? 5U * rows : 20U) + 4U * candidates;
 }
 
 // ---- building ---------------------------------------------------------------------------------------------
@@ -100,7 +93,7 @@ void BoulderGrid::place_unit() {
 Progress BoulderGrid::step(WorkBudget& budget) {
   while (status_ == GridStatus::kRunning) {
     const bool summing = phase_ == Phase::kSum;
-    if (!budget.take(summing ? kSide * kSide : 4U * kChunk)) return Progress::kMore;
+    if (!budget.take(summing ? sum_ops() : kChunkOps)) return Progress::kMore;
     if (summing) {
       sum_unit();
       phase_ = Phase::kPlace;

@@ -12,8 +12,8 @@
 /// (by rounding, seldom, 4 in a row). Where boulders crowd, the worst that an answer looks at is all
 /// of them: `BoulderQuery::ops` says beforehand what it costs.
 ///
-/// Cost. start(): copies and checks, about 10 operations a boulder, on no budget. step(): 8 operations a
-/// boulder and 4096 once; units of 256 boulders. A query: see BoulderQuery.
+/// Cost. start() copies and checks, 5 operations a boulder (start_ops), counted by who calls it. step(): 8
+/// operations a boulder and 4096 once; units of 256 boulders. A query: see BoulderQuery.
 #pragma once
 
 #include <cstdint>
@@ -55,7 +55,10 @@ struct BoulderQuery {
   std::uint32_t candidates = 0;        ///< boulders in them
 
   /// Operations of one answer: 5 a row of cells, at least 20, and 4 a boulder in them.
-  std::uint32_t ops() const;
+  std::uint32_t ops() const { return ops(static_cast<std::uint32_t>(y1 - y0 + 1), candidates); }
+  static constexpr std::uint32_t ops(std::uint32_t rows, std::uint32_t boulders) {
+    return (rows > 4U ? 5U * rows : 20U) + 4U * boulders;
+  }
 };
 
 struct NearestBoulder {
@@ -68,6 +71,17 @@ class BoulderGrid {
  public:
   static constexpr std::uint16_t kNone = 0xFFFF;
   static constexpr double kMaxCoordinate_m = 1.0e7;
+  static constexpr std::uint32_t kChunk = 256;  ///< boulders of a unit
+  static constexpr std::uint32_t kChunkOps = 4 * kChunk;
+  static constexpr std::uint32_t sum_ops() { return kSide * kSide; }
+  /// Of start(), for who calls it.
+  static constexpr std::uint32_t start_ops(std::size_t boulders) {
+    return 10U + 5U * static_cast<std::uint32_t>(boulders);
+  }
+  /// Of a question that meets the whole window: boulders that all lie in one place.
+  static constexpr std::uint32_t most_query_ops() {
+    return BoulderQuery::ops(kSide, cfg::kMaxMapWindowBoulders);
+  }
 
   /// Copies positions (less `origin_map_m`) and diameters. kRunning, or what is wrong with the input.
   /// `least_cell_m`: [1e-3, 1e3].

@@ -158,7 +158,7 @@ bool Ground::crowd_step(WorkBudget& budget) {
     const GridPoint& m = grid_[cursor_];
     if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) continue;
     const BoulderQuery query = grid_.query(m, crowd_m_);
-    if (!budget.take(20U + query.ops())) return false;
+    if (!budget.take(crowd_ops(query.ops()))) return false;
     grid_.for_each_near(query, [this](std::uint16_t, double) { neighbours_ += 1.0; });
     neighbours_ -= 1.0;  // itself
     expected_ += density(m.x_m, m.y_m) * kPi * crowd_m_ * crowd_m_;
@@ -168,13 +168,11 @@ bool Ground::crowd_step(WorkBudget& budget) {
 }
 
 Progress Ground::step(WorkBudget& budget) {
-  constexpr std::size_t kChunk = 64;
-  constexpr std::uint32_t kCellOps = 36;
   while (status_ == GridStatus::kRunning) {
     if (phase_ == Phase::kGrid) {
       if (grid_.step(budget) == Progress::kMore) return Progress::kMore;
     } else if (phase_ == Phase::kCover || phase_ == Phase::kDensity) {
-      if (!budget.take(kCellOps * kMaxCells)) return Progress::kMore;
+      if (!budget.take(row_ops())) return Progress::kMore;
       const bool laying = phase_ == Phase::kCover;
       if (laying && cursor_ == 0) lay_grid();
       const int row = static_cast<int>(cursor_++);
@@ -184,7 +182,7 @@ Progress Ground::step(WorkBudget& budget) {
     } else if (phase_ == Phase::kCrowd) {
       if (!crowd_step(budget)) return Progress::kMore;
     } else {
-      if (!budget.take(35U * kChunk)) return Progress::kMore;
+      if (!budget.take(kChunkOps)) return Progress::kMore;
       for (std::size_t n = 0; n < kChunk && cursor_ < grid_.size(); ++n, ++cursor_) {
         if (phase_ == Phase::kBox) {
           box_one(grid_[cursor_]);

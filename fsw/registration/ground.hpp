@@ -29,6 +29,10 @@ namespace cairn {
 
 class Ground {
  public:
+  static constexpr std::size_t kChunk = 64;  ///< boulders of a unit
+  static constexpr std::uint32_t kChunkOps = 35 * kChunk;
+  static constexpr std::uint32_t row_ops() { return 36U * kMaxCells; }
+  static constexpr std::uint32_t crowd_ops(std::uint32_t query) { return 20U + query; }
   /// kRunning, or what is wrong with the input. Boulders outside the disc stay in the grid and count for
   /// nothing else. `radius_m`: [1e-2, 1e5]; `crowd_m`: [1e-3, 1e3].
   GridStatus start(const MapBoulders& boulders, const Vec2& centre_map_m, double radius_m,

@@ -127,6 +127,8 @@ struct IcpResult {
 /// One registration, resumable. All inputs are copied at start.
 class IcpJob {
  public:
+  static constexpr std::uint32_t kEstimateOps = 400;  ///< per local boulder
+
   /// kRunning, or what is wrong with the input.
   IcpStatus start(const IcpParams& params, const MapBoulders& map, const LocalMap& local,
                   const Pose2& T_map_site_prior, const Vec2& pivot_site_m,
@@ -163,7 +165,6 @@ class IcpJob {
     double weight;
     double inertia;
   };
-  static constexpr std::uint32_t kEstimateOps = 400;  ///< per local boulder
 
   IcpStatus copy_inputs(const MapBoulders& map, const LocalMap& local);
   static GridPoint apply(const State& state, const GridPoint& q);

@@ -117,7 +117,7 @@ void LostSearch::account(const WorkBudget& budget) {
 bool LostSearch::choose_step(WorkBudget& budget) {
   if (row_ == 0) best_cost_ = -1.0;
   for (; row_ < local_.size(); ++row_) {
-    if (!budget.take(10 + 10 * static_cast<std::uint32_t>(local_.size() - row_))) return false;
+    if (!budget.take(choose_ops(local_.size() - row_))) return false;
     choose_row(row_);
   }
   row_ = 0;
@@ -222,7 +222,7 @@ void LostSearch::lay_ring() {
 bool LostSearch::sweep_step(WorkBudget& budget) {
   while (boulder_ < map_->size()) {
     if (!ring_begun_) {
-      if (!budget.take(12)) return false;
+      if (!budget.take(kBeginOps)) return false;
       ring_begun_ = begin_boulder();
       if (!ring_begun_) {
         ++boulder_;
@@ -236,7 +236,7 @@ bool LostSearch::sweep_step(WorkBudget& budget) {
       const std::uint32_t first = inside ? map_->first_in(column, row) + bucket_at_ : 0;
       const std::uint32_t all = inside ? map_->end_in(column, row) : 0;
       const std::uint32_t end = all - first > kMaxQueue ? first + kMaxQueue : all;
-      if (!budget.take(2 + 4 * (end - first))) return false;
+      if (!budget.take(sweep_ops(end - first))) return false;
       bucket_at_ += end - first;
       if (end == all) {
         ++ring_at_;
@@ -356,12 +356,12 @@ double LostSearch::behind_nats() const {
 
 bool LostSearch::look_step(WorkBudget& budget) {
   while (queue_at_ < queue_.size()) {
-    if (!budget.take(40)) return false;
+    if (!budget.take(kLookOps)) return false;
     const Hypothesis& h = queue_[queue_at_];
     ++queue_at_;
     std::uint32_t looks = 0;
     const bool passed = passes(h, looks);
-    budget.charge(2 * looks);
+    budget.charge(looks_ops(looks));
     if (!passed) continue;
     begin_fit(h);
     phase_ = Phase::kFit;
@@ -416,7 +416,7 @@ bool LostSearch::fit_step(WorkBudget& budget) {
   for (;;) {
     while (fit_at_ < local_.size()) {
       const Place p = place();
-      if (!budget.take(60 + 10 * boulders_about(p))) return false;
+      if (!budget.take(fit_ops(boulders_about(p)))) return false;
       take_nearest(p);
       ++fit_at_;
     }
@@ -451,7 +451,7 @@ std::uint32_t LostSearch::boulders_about(const Place& p) const {
     for (int column = p.column0; column <= p.column1; ++column)
       count += map_->end_in(column, row) - map_->first_in(column, row);
   }
-  return count;
+  return count < kMostAbout ? count : kMostAbout;
 }
 
 void LostSearch::take_nearest(const Place& p) {
@@ -460,10 +460,11 @@ void LostSearch::take_nearest(const Place& p) {
   double best_y = 0.0;
   double likelihood = 0.0;
   bool found = false;
+  std::uint32_t left = kMostAbout;
   for (int row = p.row0; row <= p.row1; ++row) {
     for (int column = p.column0; column <= p.column1; ++column) {
       const std::uint32_t end = map_->end_in(column, row);
-      for (std::uint32_t k = map_->first_in(column, row); k < end; ++k) {
+      for (std::uint32_t k = map_->first_in(column, row); k < end && left > 0; ++k, --left) {
         const WideMap::Point& m = map_->point(map_->by_bucket(k));
         const double mx = static_cast<double>(m.x_m);
         const double my = static_cast<double>(m.y_m);

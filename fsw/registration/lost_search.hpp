@@ -79,6 +79,19 @@ struct SearchHit {
 
 class LostSearch {
  public:
+  static constexpr std::size_t kMaxQueue = 64;
+  /// Map boulders about a local one; more are not looked at.
+  static constexpr std::uint32_t kMostAbout = 490;
+  static constexpr std::uint32_t choose_ops(std::size_t others) {
+    return 10U + 10U * static_cast<std::uint32_t>(others);
+  }
+  static constexpr std::uint32_t kBeginOps = 12;
+  static constexpr std::uint32_t sweep_ops(std::uint32_t boulders) { return 2U + 4U * boulders; }
+  /// Before it is known how many looks decide, and of them.
+  static constexpr std::uint32_t kLookOps = 40;
+  static constexpr std::uint32_t looks_ops(std::uint32_t looks) { return 2U * looks; }
+  static constexpr std::uint32_t fit_ops(std::uint32_t boulders) { return 60U + 10U * boulders; }
+
   static constexpr std::size_t kHits = 12;
 
   /// `map` is borrowed until done. `pivot_site_m`: the rover, whose place the region speaks of.
@@ -96,7 +109,6 @@ class LostSearch {
 
  private:
   static constexpr std::size_t kMaxRing = 1024;
-  static constexpr std::size_t kMaxQueue = 64;
   static constexpr int kShareLevels = 32;
   static constexpr std::size_t kShares = 5;  ///< that the score averages over
   static constexpr double kShare[kShares] = {0.15, 0.3, 0.5, 0.7, 0.9};

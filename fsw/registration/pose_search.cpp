@@ -456,11 +456,11 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
         phase_ = Phase::kSight;
         break;
       case Phase::kSight:
-        if (!budget.take(30U + 5U * static_cast<std::uint32_t>(sightings_.size()))) return Progress::kMore;
+        if (!budget.take(sight_ops(sightings_.size()))) return Progress::kMore;
         sight_next();
         break;
       case Phase::kPair:
-        if (!budget.take(70U * static_cast<std::uint32_t>(sightings_.size()))) return Progress::kMore;
+        if (!budget.take(pair_ops(sightings_.size()))) return Progress::kMore;
         if (!next_pair()) {
           phase_ = Phase::kRefine;
           start_refining();
@@ -469,8 +469,7 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
         }
         break;
       case Phase::kGather:
-        if (!budget.take(30U + 4U * static_cast<std::uint32_t>(ground_.grid().size())))
-          return Progress::kMore;
+        if (!budget.take(gather_ops(ground_.grid().size()))) return Progress::kMore;
         gather_firsts();
         phase_ = Phase::kFirst;
         break;
@@ -480,7 +479,7 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
           break;
         }
         const BoulderQuery query = seconds_query();
-        if (!budget.take(40U + query.ops())) return Progress::kMore;
+        if (!budget.take(first_ops(query.ops()))) return Progress::kMore;
         gather_seconds(query);
         phase_ = Phase::kSecond;
         break;
@@ -491,12 +490,12 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
           phase_ = Phase::kFirst;
           break;
         }
-        if (!budget.take(60)) return Progress::kMore;
+        if (!budget.take(kSecondOps)) return Progress::kMore;
         if (hypothesise(seconds_[second_++])) phase_ = Phase::kLook;
         break;
       case Phase::kLook: {
         const BoulderQuery query = look_query();
-        if (!budget.take(12U + query.ops())) return Progress::kMore;
+        if (!budget.take(look_ops(query.ops()))) return Progress::kMore;
         if (!look(query)) phase_ = Phase::kSecond;
         break;
       }

@@ -83,6 +83,19 @@ struct SearchResult {
 
 class PoseSearchJob {
  public:
+  static constexpr std::uint32_t sight_ops(std::size_t sightings) {
+    return 30U + 5U * static_cast<std::uint32_t>(sightings);
+  }
+  static constexpr std::uint32_t pair_ops(std::size_t sightings) {
+    return 70U * static_cast<std::uint32_t>(sightings);
+  }
+  static constexpr std::uint32_t gather_ops(std::size_t boulders) {
+    return 30U + 4U * static_cast<std::uint32_t>(boulders);
+  }
+  static constexpr std::uint32_t first_ops(std::uint32_t query) { return 40U + query; }
+  static constexpr std::uint32_t kSecondOps = 60;
+  static constexpr std::uint32_t look_ops(std::uint32_t query) { return 12U + query; }
+
   /// `window_radius_m`: the map boulders are all those within it about the prior's pivot.
   /// `covariance`: of the pivot's x, y and of yaw in map (m, m, rad), positive definite. The map and
   /// the local map are copied.

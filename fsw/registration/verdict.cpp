@@ -15,7 +15,6 @@ constexpr double kFarthest_m = 1.0e5;
 constexpr int kShareCount = 4;
 constexpr double kShares[kShareCount] = {0.25, 0.5, 0.75, 0.92};
 constexpr double kSizeOutliers = 0.1;
-constexpr std::size_t kUnitSightings = 120;  // of a share, in one unit
 
 bool in_range(double value, double low, double high) { return value >= low && value <= high; }
 
@@ -347,7 +346,7 @@ Progress EvidenceJob::step(WorkBudget& budget) {
     if (share_ >= 0) {
       const std::size_t left = sightings_->size() - cursor_;
       const std::size_t count = left < kUnitSightings ? left : kUnitSightings;
-      if (!budget.take(40U * static_cast<std::uint32_t>(count))) return Progress::kMore;
+      if (!budget.take(share_ops(count))) return Progress::kMore;
       multiply(cursor_ + count);
       if (cursor_ < sightings_->size()) continue;
       cursor_ = 0;
@@ -356,7 +355,7 @@ Progress EvidenceJob::step(WorkBudget& budget) {
     }
     const Sighting& s = (*sightings_)[cursor_];
     const BoulderQuery q = query(s);
-    if (!budget.take(60U + 3U * q.ops())) return Progress::kMore;
+    if (!budget.take(look_ops(q.ops()))) return Progress::kMore;
     look(s, q);
     if (++cursor_ == sightings_->size()) end_pass();
   }

@@ -142,6 +142,12 @@ enum class CAIRN_NODISCARD EvidenceStatus : std::uint8_t {
 /// Refines one hypothesis and weighs it. Ground and sightings are borrowed until it is done.
 class EvidenceJob {
  public:
+  static constexpr std::size_t kUnitSightings = 120;  ///< of a share, in one unit
+  static constexpr std::uint32_t share_ops(std::size_t sightings) {
+    return 40U * static_cast<std::uint32_t>(sightings);
+  }
+  static constexpr std::uint32_t look_ops(std::uint32_t query) { return 60U + 3U * query; }
+
   EvidenceStatus start(const EvidenceParams& params, const Ground& ground, const Sightings& sightings,
                        const PosePrior& prior, const Hypothesis& hypothesis);
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing

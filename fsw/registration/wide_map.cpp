@@ -7,8 +7,6 @@
 namespace cairn {
 namespace {
 
-constexpr std::uint32_t kBouldersPerUnit = 64;
-constexpr std::uint32_t kWordsPerUnit = 4096;
 constexpr double kBouldersPerBucket = 1.5;
 
 std::uint32_t bits_set(std::uint32_t word) {
@@ -148,7 +146,7 @@ bool WideMap::run_phase(WorkBudget& budget) {
         if (k < kMaxBuckets + 2) begin_[k] = 0;
       });
     case Phase::kCount:
-      return each(budget, cursor_, count, kBouldersPerUnit, 50, [&](std::uint32_t k) {
+      return each(budget, cursor_, count, kBouldersPerUnit, kPlaceOps, [&](std::uint32_t k) {
         std::uint16_t& n = begin_[bucket_of(points_[k]) + 2];
         n = static_cast<std::uint16_t>(n + 1);
       });
@@ -159,26 +157,21 @@ bool WideMap::run_phase(WorkBudget& budget) {
                     begin_[k + 2] = static_cast<std::uint16_t>(begin_[k + 2] + begin_[k + 1]);
                   });
     case Phase::kPlace:
-      return each(budget, cursor_, count, kBouldersPerUnit, 50, [&](std::uint32_t k) {
+      return each(budget, cursor_, count, kBouldersPerUnit, kPlaceOps, [&](std::uint32_t k) {
         std::uint16_t& at = begin_[bucket_of(points_[k]) + 1];
         by_bucket_[at] = static_cast<std::uint16_t>(k);
         at = static_cast<std::uint16_t>(at + 1);
       });
     case Phase::kRaster:
-      return each(budget, cursor_, count, kBouldersPerUnit, 20 + 4 * cells_of_boulder(),
+      return each(budget, cursor_, count, kMarksPerUnit, mark_ops(cells_of_boulder(reach_m_, cell_m_)),
                   [&](std::uint32_t k) { raster_unit(points_[k]); });
     case Phase::kBlocks:
-      return each(budget, cursor_, static_cast<std::uint32_t>(blocks_x_ * blocks_y_), 8, 20 * kBlockCells,
-                  [&](std::uint32_t k) { block_unit(k); });
+      return each(budget, cursor_, static_cast<std::uint32_t>(blocks_x_ * blocks_y_), kBlocksPerUnit,
+                  block_ops(), [&](std::uint32_t k) { block_unit(k); });
     case Phase::kFilling:
     case Phase::kReady: break;
   }
   return true;
-}
-
-std::uint32_t WideMap::cells_of_boulder() const {
-  const double across = 2.0 * reach_m_ / cell_m_ + 2.0;
-  return static_cast<std::uint32_t>(across * across < 1.0e4 ? across * across : 1.0e4);
 }
 
 void WideMap::raster_unit(const Point& p) {

@@ -24,6 +24,18 @@ namespace cairn {
 
 class WideMap {
  public:
+  static constexpr std::uint32_t kWordsPerUnit = 2048;
+  static constexpr std::uint32_t kBouldersPerUnit = 64;
+  static constexpr std::uint32_t kMarksPerUnit = 24;  ///< boulders marked in the raster
+  static constexpr std::uint32_t kBlocksPerUnit = 3;
+  static constexpr std::uint32_t kPlaceOps = 50;  ///< of a boulder
+  static constexpr std::uint32_t mark_ops(std::uint32_t cells) { return 20U + 4U * cells; }
+  static constexpr std::uint32_t block_ops() { return 20U * kBlockCells; }
+  /// Of the raster, that a boulder's reach meets.
+  static constexpr std::uint32_t cells_of_boulder(double reach_m, double cell_m) {
+    const double across = 2.0 * reach_m / cell_m + 2.0;
+    return static_cast<std::uint32_t>(across * across < 1.0e4 ? across * across : 1.0e4);
+  }
   static constexpr std::size_t kCapacity = cfg::kMaxWideMapBoulders;
   static constexpr double kMinCellM = 0.08;  ///< of the raster
   static constexpr int kBlockCells = 64;     ///< side of a block in cells of the raster
@@ -99,7 +111,6 @@ class WideMap {
   int bucket_of(double at_m, int count) const;
   std::size_t bucket_of(const Point& p) const;
   bool run_phase(WorkBudget& budget);
-  std::uint32_t cells_of_boulder() const;
   void lay_grid();
   void lay_raster();
   void raster_unit(const Point& p);

@@ -211,14 +211,15 @@ MeanShiftStatus MeanShiftJob::start(const MeanShiftParams& params, const ImageU8
 
 Progress MeanShiftJob::step(WorkBudget& budget) {
   const int side = 2 * params_.spatial_radius_px + 1;
-  const auto cost = static_cast<std::uint32_t>(by_words_ ? 8 * side : side * side);
+  const std::uint32_t cost =
+      by_words_ ? shift_ops(params_.spatial_radius_px) : static_cast<std::uint32_t>(side * side);
   while (status_ == MeanShiftStatus::kRunning) {
     if (by_words_ && packed_rows_ < smaller(y_px_ + kRing / 2, input_.height)) {
-      if (!budget.take(2U * static_cast<std::uint32_t>(input_.width))) return Progress::kMore;
+      if (!budget.take(pack_ops(input_.width))) return Progress::kMore;
       pack_row(packed_rows_++);
       continue;
     }
-    const int run = smaller(by_words_ ? 8 : 1, input_.width - x_px_);
+    const int run = smaller(by_words_ ? kRun : 1, input_.width - x_px_);
     if (!budget.take(cost * static_cast<std::uint32_t>(run))) return Progress::kMore;
     budget.charge(cost * static_cast<std::uint32_t>(settle_run(run) - run));
     if (x_px_ < input_.width) continue;

@@ -54,6 +54,16 @@ enum class CAIRN_NODISCARD MeanShiftStatus : std::uint8_t {
 /// behind the scan).
 class MeanShiftJob {
  public:
+  static constexpr int kRun = 8;  ///< trajectories of a unit, by words
+  static constexpr std::uint32_t pack_ops(int width) { return 2U * static_cast<std::uint32_t>(width); }
+  /// Of one iteration of one trajectory, by words.
+  static constexpr std::uint32_t shift_ops(int radius_px) {
+    return 8U * static_cast<std::uint32_t>(2 * radius_px + 1);
+  }
+  static constexpr std::uint32_t most_run_ops(const MeanShiftParams& p) {
+    return static_cast<std::uint32_t>(kRun * p.max_iterations) * shift_ops(p.spatial_radius_px);
+  }
+
   MeanShiftStatus start(const MeanShiftParams& params, const ImageU8& input, const MutableImageU8& output);
   Progress step(WorkBudget& budget);
   MeanShiftStatus status() const { return status_; }

@@ -3,7 +3,6 @@
 namespace cairn {
 namespace {
 
-constexpr int kRun = 256;                           // regions or pairs of one unit of work
 constexpr std::uint32_t kNoNeighbour = UINT32_MAX;  // no difference of means reaches its upper half
 
 std::uint16_t difference(std::uint16_t a, std::uint16_t b) {
@@ -31,8 +30,7 @@ RegionMergeStatus RegionMergeJob::start(const RegionMergeParams& params, RegionM
 
 Progress RegionMergeJob::step(WorkBudget& budget) {
   while (status_ == RegionMergeStatus::kRunning) {
-    if (!budget.take(8U * static_cast<std::uint32_t>(by_rows() ? map_->width() : kRun)))
-      return Progress::kMore;
+    if (!budget.take(unit_ops(by_rows() ? map_->width() : kRun))) return Progress::kMore;
     do_unit();
   }
   return Progress::kDone;

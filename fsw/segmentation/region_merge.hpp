@@ -42,6 +42,9 @@ enum class CAIRN_NODISCARD RegionMergeStatus : std::uint8_t {
 /// The unit of work is a row, or a run of regions or pairs.
 class RegionMergeJob {
  public:
+  static constexpr int kRun = 256;  ///< regions or pairs of a unit
+  static constexpr std::uint32_t unit_ops(int items) { return 8U * static_cast<std::uint32_t>(items); }
+
   /// `map`: connected in all its rows. Borrowed until the job is done.
   RegionMergeStatus start(const RegionMergeParams& params, RegionMap& map);
   Progress step(WorkBudget& budget);

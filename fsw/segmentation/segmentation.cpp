@@ -5,8 +5,6 @@
 namespace cairn {
 namespace {
 
-constexpr int kRun = 256;  // region numbers looked at in one unit of the selection, at most
-
 bool is_valid(const SegmentationParams& p) {
   return (p.scale_divisor == 1 || p.scale_divisor == 2) && p.connect_grey >= 0 && p.connect_grey <= 255 &&
          p.merge_grey >= 0 && p.merge_grey <= 255 && p.min_area_px >= 0 && p.max_area_fraction > 0.0 &&
@@ -71,8 +69,8 @@ LabelView SegmentationJob::labels() const {
 }
 
 std::uint32_t SegmentationJob::unit_cost() const {
-  if (phase_ == Phase::kSelect) return static_cast<std::uint32_t>(kRun + params_.max_labels);
-  return 4U * static_cast<std::uint32_t>(width_);
+  if (phase_ == Phase::kSelect) return select_ops(params_.max_labels);
+  return row_ops(width_);
 }
 
 void SegmentationJob::do_unit() {

@@ -88,6 +88,12 @@ struct LabelView {
 
 class SegmentationJob {
  public:
+  static constexpr int kRun = 256;  ///< region numbers looked at in one unit of the selection, at most
+  static constexpr std::uint32_t row_ops(int width) { return 4U * static_cast<std::uint32_t>(width); }
+  static constexpr std::uint32_t select_ops(int max_labels) {
+    return static_cast<std::uint32_t>(kRun + max_labels);
+  }
+
   /// `image`: at least one working pixel, at most the mission's size. Borrowed until the job is done.
   SegmentationStatus start(const SegmentationParams& params, const ImageU8& image);
   Progress step(WorkBudget& budget);

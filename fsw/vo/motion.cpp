@@ -156,7 +156,7 @@ MotionStatus RansacMotionJob::start(const MotionParams& params, const StereoRig&
 
 Progress RansacMotionJob::step(WorkBudget& budget) {
   if (status_ != MotionStatus::kRunning) return Progress::kDone;
-  const auto unit = 1500U + 30U * static_cast<std::uint32_t>(pairs_->size());
+  const std::uint32_t unit = unit_ops(pairs_->size());
   while (hypothesis_ < needed_) {
     if (!budget.take(unit)) return Progress::kMore;
     try_hypothesis();

@@ -68,6 +68,9 @@ struct MotionResult {
 /// RANSAC with absolute orientation.
 class RansacMotionJob {
  public:
+  static constexpr std::uint32_t unit_ops(std::size_t pairs) {
+    return 1500U + 30U * static_cast<std::uint32_t>(pairs);
+  }
   /// `pairs` is borrowed until done.
   MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs);
   /// Unit: one hypothesis, or the final orientation of all inliers.
@@ -102,6 +105,7 @@ class RefineMotionJob {
   static constexpr std::size_t kUnitPairs = 40;
   /// Of a pair: 200 to measure its residual and 300 to add it up, or 500 to judge it or to ask of columns.
   static constexpr std::uint32_t kPairOps[4] = {200, 300, 500, 500};
+  static constexpr std::uint32_t kMostUnitOps = 500 * kUnitPairs;
 
   /// `columns`: what the motion tells of them is asked for.
   MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs,

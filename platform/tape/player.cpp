@@ -41,7 +41,7 @@ void listen(const std::uint8_t* packet, std::size_t size) {
 
 }  // namespace
 
-TapeStatus play(int frames, Telemetry& telemetry) {
+TapeStatus play(int frames, Telemetry& telemetry, std::uint32_t slice_ops) {
   const auto on_frame = telemetry.on_frame;
   telemetry = Telemetry();
   telemetry.on_frame = on_frame;
@@ -52,7 +52,7 @@ TapeStatus play(int frames, Telemetry& telemetry) {
   if (status != TapeStatus::kReady) return status;
   on_telemetry(listen);
   if (app::root.init(LocalizerParams(), rig) != LocalizerStatus::kReady) return TapeStatus::kNoRig;
-  while (telemetry.frames < frames && app::root.cycle() == app::FlightApp::State::kBusy) {
+  while (telemetry.frames < frames && app::root.cycle(slice_ops) == app::FlightApp::State::kBusy) {
   }
   return TapeStatus::kReady;
 }

@@ -6,6 +6,7 @@
 
 #include "app/telemetry.hpp"
 #include "platform/tape/tape_hal.hpp"
+#include "schedule.hpp"
 
 namespace cairn::tape {
 
@@ -23,6 +24,7 @@ struct Telemetry {
 };
 
 /// Initialises app::root with the rig of the tape and plays `frames` pairs, or all where there are fewer.
-TapeStatus play(int frames, Telemetry& telemetry);
+/// `slice_ops`: of each cycle.
+TapeStatus play(int frames, Telemetry& telemetry, std::uint32_t slice_ops = cfg::kSliceOps);
 
 }  // namespace cairn::tape

@@ -5,6 +5,11 @@
 
 #include "platform/tape/player.hpp"
 
+// SLICE=ops of make: of one cycle, where not the mission's.
+#ifndef CAIRN_SLICE_OPS
+#define CAIRN_SLICE_OPS cairn::cfg::kSliceOps
+#endif
+
 namespace {
 
 /// What `cairn profile` divides a job's cycles by.
@@ -19,7 +24,7 @@ void tell_ops(const cairn::app::FrameReport& frame) {
 int main() {
   static cairn::tape::Telemetry t;
   t.on_frame = tell_ops;
-  if (cairn::tape::play(INT_MAX, t) != cairn::tape::TapeStatus::kReady) {
+  if (cairn::tape::play(INT_MAX, t, CAIRN_SLICE_OPS) != cairn::tape::TapeStatus::kReady) {
     std::printf("the tape cannot be played\n");
     return 1;
   }

@@ -2,6 +2,7 @@
 // one operation grants one unit, so that what a step spends is that unit's cost.
 #include <algorithm>
 
+#include "app/unit_bounds.hpp"
 #include "integration/replay.hpp"
 #include "schedule.hpp"
 
@@ -52,9 +53,19 @@ void drive_by_units(const LocalizerParams& params) {
 
 void test_sample(void**) {
   drive_by_units({});
-  assert_at_most(longest_vo, 20000);
-  assert_at_most(longest_boulders, 5000);
-  assert_at_most(longest_fix, 5000);
+  assert_at_most(longest_vo, app::longest_unit(cfg::Task::kVo));
+  assert_at_most(longest_boulders, app::longest_unit(cfg::Task::kBoulders));
+  assert_at_most(longest_fix, 5000);  // far from all boulders in one place
+}
+
+// Weighted: what stands in doc/BUDGETS.md of the mission's capacities.
+void test_bounds(void**) {
+  if (cfg::kImageWidth == 512) {
+    for (const cfg::Task task :
+         {cfg::Task::kVo, cfg::Task::kBoulders, cfg::Task::kFixBegin, cfg::Task::kFixApply})
+      assert_at_most(app::longest_unit(task) * cfg::kTaskWeight[static_cast<int>(task)], 20000);
+    assert_int_equal(app::longest_weighted_unit(), 200688);
+  }
 }
 
 void test_paper_variant(void**) {
@@ -89,6 +100,7 @@ void test_long_steps_fit_the_schedule(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_sample),
+      cmocka_unit_test(test_bounds),
       cmocka_unit_test(test_paper_variant),
       cmocka_unit_test(test_long_steps_fit_the_schedule),
   };

@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0xC8BEB66AU, 0, 0};
-constexpr Golden kWhole = {35, 0x605FF891U, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xE1EAE475U, 0, 0};
+constexpr Golden kWhole = {35, 0x13A1BCFBU, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
