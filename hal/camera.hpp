@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images. Implemented
-/// by platform/<target>.
+/// Stereo camera, as flight software sees it: rectified pairs of 8-bit grey images, or raw
+/// ones where the app was given tables for them (app/pair_rectifier.hpp). Implemented by platform/<target>.
 #pragma once
 
 #include <cstddef>

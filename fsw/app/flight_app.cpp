@@ -21,7 +21,7 @@ StereoRig mission_rig() {
   return rig;
 }
 
-LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& rig) {
+LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& rig, const RawPairs* raw) {
   executive_.init();
   validation_ = MapValidation();
   transfer_ = MapTransfer();
@@ -37,7 +37,8 @@ LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& 
   localizer_.set_map(OrbitalMap());
   const LocalizerStatus untrimmed = localizer_.set_trim(StepTrim());
   CAIRN_ASSERT(untrimmed == LocalizerStatus::kReady);
-  return localizer_.init(params, rig);
+  const bool fits = rectifier_.init(raw, rig);
+  return localizer_.init(params, fits ? rig : StereoRig());  // no raw pair is flown as if it were rectified
 }
 
 FlightApp::State FlightApp::cycle(std::uint32_t slice_ops) {
@@ -47,7 +48,8 @@ FlightApp::State FlightApp::cycle(std::uint32_t slice_ops) {
     if (executive_.run(localizer_, slice) == Progress::kDone) report_minor();
     return State::kBusy;
   }
-  const bool busy = take_command() || validate_map(slice) || verify_upload(slice) || take_pair();
+  const bool busy =
+      rectify_pair(slice) || take_command() || validate_map(slice) || verify_upload(slice) || take_pair();
   return busy ? State::kBusy : State::kIdle;
 }
 
@@ -196,7 +198,13 @@ bool FlightApp::take_pair() {
     (void)executive_.begin_minor(localizer_, ImageU8(), ImageU8(), nullptr);
     return true;
   }
-  if (!hal::camera_take({left_, right_, sizeof left_}, info)) return false;
+  const RawPairs* const raw = rectifier_.needed() ? &rectifier_.raw() : nullptr;
+  const hal::StereoBuffer buffer = raw == nullptr
+                                       ? hal::StereoBuffer{left_, right_, sizeof left_}
+                                       : hal::StereoBuffer{raw->left, raw->right,
+                                                           static_cast<std::size_t>(raw->width_px) *
+                                                               static_cast<std::size_t>(raw->height_px)};
+  if (!hal::camera_take(buffer, info)) return false;
   const auto view = [](const std::uint8_t* data, int width, int height) {
     const bool fits = width > 0 && height > 0 && width <= cfg::kImageWidth && height <= cfg::kImageHeight;
     return fits ? packed_view(data, width, height) : ImageU8();
@@ -209,13 +217,29 @@ bool FlightApp::take_pair() {
   any_pair_ = true;
   pair_number_ = info.number;
   pair_time_us_ = info.t_capture_us;
-  const LocalizerStatus status =
-      executive_.begin_minor(localizer_, view(left_, info.left_width, info.left_height),
-                             view(right_, info.right_width, info.right_height), priors_.of(info.number));
-  priors_.let_go(info.number);
+  if (raw == nullptr) {
+    begin_pair(view(left_, info.left_width, info.left_height),
+               view(right_, info.right_width, info.right_height));
+  } else {
+    rectifier_.start(info.left_width, info.left_height, info.right_width, info.right_height, left_, right_);
+  }
+  return true;
+}
+
+bool FlightApp::rectify_pair(WorkBudget& slice) {
+  if (!rectifier_.busy()) return false;
+  WorkBudget share(slice.left() < PairRectifier::kWeight ? 1U : slice.left() / PairRectifier::kWeight);
+  const bool done = rectifier_.step(share) == Progress::kDone;
+  slice.charge(share.spent() * PairRectifier::kWeight);
+  if (done) begin_pair(rectifier_.left(), rectifier_.right());
+  return true;
+}
+
+void FlightApp::begin_pair(const ImageU8& left, const ImageU8& right) {
+  const LocalizerStatus status = executive_.begin_minor(localizer_, left, right, priors_.of(pair_number_));
+  priors_.let_go(pair_number_);
   if (status != LocalizerStatus::kReady)
     report_minor();  // no start pose: the report says so, and nothing moves
-  return true;
 }
 
 void FlightApp::miss_pairs(std::uint32_t number) {

@@ -6,8 +6,9 @@
 /// platform may sleep, but not past half the watchdog's period: only a cycle kicks.
 ///
 /// A cycle: kick the watchdog, then the first of these that there is: go on with the minor frame, and report
-/// it at its end; carry out one telecommand; go on with the validation of a map, or with the verification of
-/// an upload; take the next pair. So no telecommand falls into a minor frame, whatever the slicing.
+/// it at its end; go on with the rectification of a raw pair; carry out one telecommand; go on with the
+/// validation of a map, or with the verification of an upload; take the next pair. So no telecommand falls
+/// into a minor frame, whatever the slicing.
 ///
 /// Telecommands are judged in this order: packet (telecommand.hpp), sequence number (command_order.hpp),
 /// values (command_content.hpp), then by who carries them out. What is refused changes nothing.
@@ -28,6 +29,7 @@
 #include "app/executive.hpp"
 #include "app/motion_priors.hpp"
 #include "app/pair_order.hpp"
+#include "app/pair_rectifier.hpp"
 #include "app/telecommand.hpp"
 #include "app/telemetry.hpp"
 
@@ -38,8 +40,9 @@ StereoRig mission_rig();
 
 class FlightApp {
  public:
-  /// Clears everything. kReady, or why the rig cannot be used.
-  LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);
+  /// Clears everything. kReady, or why the rig cannot be used. `raw`, borrowed for good, where the camera's
+  /// pairs are raw; tables that do not fit are kBadRig.
+  LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig, const RawPairs* raw = nullptr);
 
   /// What a cycle left to do.
   enum class State : std::uint8_t {
@@ -64,6 +67,8 @@ class FlightApp {
   bool validate_map(WorkBudget& slice);
   bool verify_upload(WorkBudget& slice);
   bool take_pair();
+  bool rectify_pair(WorkBudget& slice);
+  void begin_pair(const ImageU8& left, const ImageU8& right);
   /// Tells the localizer of the pairs that never came before this one, with the priors that there are.
   void miss_pairs(std::uint32_t number);
   void report_minor();
@@ -82,6 +87,7 @@ class FlightApp {
   CommandOrder order_;
   MotionPriors priors_;
   PairOrder pairs_;
+  PairRectifier rectifier_;
   std::array<std::uint32_t, kPairStatusCount> pair_counts_{};  ///< by PairStatus
   std::uint32_t missed_pairs_ = 0;
   bool any_pair_ = false;

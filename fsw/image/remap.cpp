@@ -1,5 +1,9 @@
 #include "image/remap.hpp"
 
+#include "core/assert.hpp"
+#include "core/big_endian.hpp"
+#include "core/crc32.hpp"
+
 namespace cairn {
 namespace {
 
@@ -11,18 +15,8 @@ using remap::kSpacingBits;
 constexpr int kBits = kFractionBits + 2 * kSpacingBits;  ///< of a pixel along a row
 constexpr int kWeightBits = 8;
 
-bool is_sound(const RemapTable& table) {
-  if (table.width_px < 1 || table.width_px > cfg::kImageWidth) return false;
-  if (table.height_px < 1 || table.height_px > cfg::kImageHeight) return false;
-  constexpr std::int32_t kReach = kReach_px << kFractionBits;
-  const auto within = [](std::int32_t value) { return value >= -kReach && value <= kReach; };
-  const int count =
-      remap::nodes_along(table.width_px, kSpacing) * remap::nodes_along(table.height_px, kSpacing);
-  for (int i = 0; i < count; ++i) {
-    const RemapNode& node = table.nodes[static_cast<std::size_t>(i)];
-    if (!within(node.u) || !within(node.v)) return false;
-  }
-  return true;
+int nodes_in(const RemapTable& table) {
+  return remap::nodes_along(table.width_px, kSpacing) * remap::nodes_along(table.height_px, kSpacing);
 }
 
 /// A coordinate as the pixel before it and the weight of the one behind, 0 to 256.
@@ -64,6 +58,34 @@ std::uint8_t grey_beyond(const ImageU8& image, const Place& u, const Place& v) {
 }
 
 }  // namespace
+
+bool is_sound(const RemapTable& table) {
+  if (table.width_px < 1 || table.width_px > cfg::kImageWidth) return false;
+  if (table.height_px < 1 || table.height_px > cfg::kImageHeight) return false;
+  constexpr std::int32_t kReach = kReach_px << kFractionBits;
+  const auto within = [](std::int32_t value) { return value >= -kReach && value <= kReach; };
+  for (int i = 0; i < nodes_in(table); ++i) {
+    const RemapNode& node = table.nodes[static_cast<std::size_t>(i)];
+    if (!within(node.u) || !within(node.v)) return false;
+  }
+  return true;
+}
+
+std::uint32_t crc_of(const RemapTable& table) {
+  CAIRN_ASSERT(is_sound(table));
+  std::uint8_t words[8];
+  const auto go_on = [&words](std::int32_t a, std::int32_t b, std::uint32_t crc) {
+    be::put_u32(words, static_cast<std::uint32_t>(a));
+    be::put_u32(words + 4, static_cast<std::uint32_t>(b));
+    return crc32(words, sizeof words, crc);
+  };
+  std::uint32_t crc = go_on(table.width_px, table.height_px, 0);
+  for (int i = 0; i < nodes_in(table); ++i) {
+    const RemapNode& node = table.nodes[static_cast<std::size_t>(i)];
+    crc = go_on(node.u, node.v, crc);
+  }
+  return crc;
+}
 
 RemapStatus RemapJob::start(const RemapTable& table, const ImageU8& source, const MutableImageU8& target) {
   table_ = &table;

@@ -63,6 +63,12 @@ struct RemapTable {
   std::array<RemapNode, remap::kMostNodes> nodes;
 };
 
+/// A size within the mission's, and no coordinate beyond kReach_px.
+bool is_sound(const RemapTable& table);
+/// Of width, height and the nodes that they ask for, u then v of each, as big-endian words. Asks for a table
+/// that is sound.
+std::uint32_t crc_of(const RemapTable& table);
+
 enum class CAIRN_NODISCARD RemapStatus : std::uint8_t {
   kIdle,      ///< never started
   kRunning,   ///< call step() again

@@ -30,6 +30,7 @@ struct RigOptions {
   bool raw = false;
   bool json = false;
   fs::path svg;
+  fs::path table;
 };
 
 /// What the rig says beside its cameras.
@@ -149,12 +150,14 @@ void run(RigOptions options) {
   const CameraPair pair = read_rig(options.files, options.question);
   const RigFacts facts = facts_of(pair);
   const std::string& why_not = facts.why_not_rectified;
-  if (!options.svg.empty()) {
-    if (!facts.made)
-      throw ToolError(why_not.empty() ? "--svg: the pair is rectified as it is; there is nothing to draw"
-                                      : fmt::format("--svg: {}", facts.why_no_table));
-    write_file(options.svg, rig_picture(pair, *facts.made));
-  }
+  if (!facts.made && !(options.svg.empty() && options.table.empty()))
+    throw ToolError(why_not.empty()
+                        ? "the pair is rectified as it is; there is nothing to draw, and no table is needed"
+                        : fmt::format("no table: {}", facts.why_no_table));
+  if (!options.svg.empty()) write_file(options.svg, rig_picture(pair, *facts.made));
+  if (!options.table.empty())
+    write_file(options.table,
+               rectification_header(pair, *facts.made, options.files.front().filename().string()));
   if (options.json) {
     ordered_json json = {{"format", pair.format},
                          {"left", json_of(pair.left)},
@@ -207,6 +210,8 @@ void add_rig_command(CLI::App& app) {
   command->add_flag("--raw", options->raw, "of the raw images, where the files tell of rectified ones, too");
   command->add_flag("--colour", options->question.colour, "KITTI: cameras 2 and 3 in place of 0 and 1");
   command->add_flag("--json", options->json, "print JSON");
+  command->add_option("--table", options->table,
+                      "write the tables as a header for the flight module (doc/guide/integration.md)");
   command->add_option("--svg", options->svg, "draw what of the rectified images has a source");
   command->callback([options] { run(*options); });
 }

@@ -1,5 +1,7 @@
 #include "dataset/rectify.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -146,6 +148,36 @@ std::string rectify(const CameraPair& raw, Rectification& out) {
   fill(out.left, raw.left, camera, turns.left);
   fill(out.right, raw.right, camera, turns.right);
   return {};
+}
+
+std::string rectification_header(const CameraPair& raw, const Rectification& made,
+                                 const std::string& source) {
+  const StereoRig rig = rectified_rig(made.pair);
+  std::string text = fmt::format(
+      "/// The tables that rectify a raw rig, by `cairn rig {} --table`. To be handed to FlightApp::init as\n"
+      "/// RawPairs (app/pair_rectifier.hpp), beside two buffers of kRawWidth_px * kRawHeight_px bytes.\n"
+      "/// mission_values.hpp is to say: image_width_px = {}, image_height_px = {}, fx_px = {:.9f},\n"
+      "/// fy_px = {:.9f}, cx_px = {:.9f}, cy_px = {:.9f}, baseline_m = {:.9f}.\n"
+      "#pragma once\n\n#include \"image/remap.hpp\"\n\nnamespace cairn::cfg {{\n\n"
+      "static_assert(remap::kSpacing == {}, \"the table is for a mission of another image size\");\n"
+      "inline constexpr int kRawWidth_px = {};\ninline constexpr int kRawHeight_px = {};\n",
+      source, rig.width_px, rig.height_px, rig.fx_px, rig.fy_px, rig.cx_px, rig.cy_px, rig.baseline_m,
+      remap::kSpacing, raw.left.width_px, raw.left.height_px);
+  const auto add = [&text](const char* side, const RemapTable& table) {
+    text += fmt::format("inline constexpr std::uint32_t k{}TableCrc = 0x{:08X}U;\n", side, crc_of(table));
+    text += fmt::format("inline constexpr RemapTable k{}Table = {{{}, {}, {{{{\n", side, table.width_px,
+                        table.height_px);
+    const int columns = remap::nodes_along(table.width_px, kSpacing);
+    const int rows = remap::nodes_along(table.height_px, kSpacing);
+    for (int i = 0; i < columns * rows; ++i) {
+      const RemapNode& n = table.nodes[static_cast<std::size_t>(i)];
+      text += fmt::format("{{{},{}}},{}", n.u, n.v, i % 8 == 7 || i + 1 == columns * rows ? "\n" : "");
+    }
+    text += "}}};\n";
+  };
+  add("Left", made.left);
+  add("Right", made.right);
+  return text + "\n}  // namespace cairn::cfg\n";
 }
 
 }  // namespace cairn::ground

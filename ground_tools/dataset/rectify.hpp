@@ -32,6 +32,10 @@ inline constexpr double kMostBeyond = 0.02;
 /// than a right angle apart, no common field at four times the focal length.
 std::string rectify(const CameraPair& raw, Rectification& out);
 
+/// A header for the integrator: both tables, their CRCs and the raw size, and in its comment what is to be
+/// said in mission_values.hpp. `source`: what the calibration was read from.
+std::string rectification_header(const CameraPair& raw, const Rectification& made, const std::string& source);
+
 /// Where the rectified pixel lies in the raw image, by the model itself and not by the table; nothing where
 /// the lens doesn't see it.
 std::optional<Vec2> raw_pixel(const CameraModel& raw, const CameraModel& rectified, const Quat& q_raw_rect,

@@ -114,6 +114,76 @@ void test_without_a_start_nothing_moves(void**) {
   assert_status(take(4).pose_source, PoseSource::kVo);
 }
 
+/// A larger raw camera whose tables shift by whole pixels: the telemetry is that of the rectified pairs, to
+/// the bit, whatever the slices; a side of another size is missing.
+struct Raw {
+  static constexpr int kWidth = cfg::kImageWidth + 9;
+  static constexpr int kHeight = cfg::kImageHeight + 6;
+  static constexpr int kRight = 4;
+  static constexpr int kDown = 3;
+  RemapTable table;
+  std::uint8_t left[kWidth * kHeight];
+  std::uint8_t right[kWidth * kHeight];
+  app::RawPairs pairs;
+};
+Raw raw;
+
+host::Picture unshifted(const host::Picture& rectified) {
+  host::Picture out = {Raw::kWidth, Raw::kHeight, std::vector<std::uint8_t>(Raw::kWidth * Raw::kHeight, 7)};
+  for (int v = 0; v < cfg::kImageHeight; ++v) {
+    std::copy_n(rectified.pixels.begin() + v * cfg::kImageWidth, cfg::kImageWidth,
+                out.pixels.begin() + (v + Raw::kDown) * Raw::kWidth + Raw::kRight);
+  }
+  return out;
+}
+
+void make_raw() {
+  raw.table.width_px = cfg::kImageWidth;
+  raw.table.height_px = cfg::kImageHeight;
+  const int columns = remap::nodes_along(cfg::kImageWidth, remap::kSpacing);
+  const int rows = remap::nodes_along(cfg::kImageHeight, remap::kSpacing);
+  for (int i = 0; i < columns * rows; ++i) {
+    raw.table.nodes[static_cast<std::size_t>(i)] = {
+        (i % columns * remap::kSpacing + Raw::kRight) << remap::kFractionBits,
+        (i / columns * remap::kSpacing + Raw::kDown) << remap::kFractionBits};
+  }
+  const std::uint32_t crc = crc_of(raw.table);
+  raw.pairs = {&raw.table, &raw.table, crc, crc, Raw::kWidth, Raw::kHeight, raw.left, raw.right};
+}
+
+void test_raw_pairs(void**) {
+  begin_at_start();
+  for (std::size_t i = 0; i < 4; ++i) take(i);
+  const std::vector<app::FrameReport> rectified = down.frames;
+  make_raw();
+  for (const std::uint32_t slice : {cfg::kSliceOps, 9000U}) {
+    begin();
+    assert_status(app::root.init({}, rig_of(data), &raw.pairs), LocalizerStatus::kReady);
+    send(start_command(*data.truth_rover(0)));
+    for (std::size_t i = 0; i < 4; ++i) {
+      queue(unshifted(left(i)), unshifted(right(i)));
+      down.run(slice);
+    }
+    assert_int_equal(down.frames.size(), rectified.size());
+    for (std::size_t i = 0; i < rectified.size(); ++i) {
+      assert_true(down.frames[i].T_map_cam.t == rectified[i].T_map_cam.t);
+      assert_int_equal(down.frames[i].vo_ops, rectified[i].vo_ops);
+      assert_status(down.frames[i].vo_status, rectified[i].vo_status);
+    }
+  }
+  assert_status(take(left(4), unshifted(right(4))).vo_status, VoStatus::kBadImage);
+  assert_status(take(unshifted(left(5)), unshifted(right(5))).vo_status, VoStatus::kMotion);
+}
+
+/// Tables that are not what the ground made: a rig that cannot be used.
+void test_raw_pairs_without_their_tables(void**) {
+  begin();
+  make_raw();
+  ++raw.table.nodes[100].v;
+  assert_status(app::root.init({}, rig_of(data), &raw.pairs), LocalizerStatus::kBadRig);
+  assert_status(app::root.init({}, rig_of(data)), LocalizerStatus::kReady);
+}
+
 void test_init_clears_everything(void**) {
   begin_at_start();
   host::load_map_bank(rock_map);
@@ -843,6 +913,8 @@ void test_parts_are_within_the_root(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_without_a_start_nothing_moves),
+      cmocka_unit_test(test_raw_pairs),
+      cmocka_unit_test(test_raw_pairs_without_their_tables),
       cmocka_unit_test(test_init_clears_everything),
       cmocka_unit_test(test_bad_rig),
       cmocka_unit_test(test_start_commands),

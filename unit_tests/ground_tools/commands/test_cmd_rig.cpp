@@ -47,8 +47,8 @@ void test_a_rectified_pair(void**) {
   assert_true(says(text, "0.1200 m, along 1.0000 0.0000 0.0000"));
   assert_true(!says(text, "table") && !says(text, "warning"));
   assert_true(!json::parse(rig(file + " --json", 0)).contains("rectification"));
-  test::check_refusal(scratch, "rig " + file + " --svg " + scratch.path("no.svg").string(), "--svg",
-                      "nothing to draw");
+  test::check_refusal(scratch, "rig " + file + " --svg " + scratch.path("no.svg").string(),
+                      "rectified as it is", "nothing to draw");
 }
 
 void test_a_raw_pair(void**) {

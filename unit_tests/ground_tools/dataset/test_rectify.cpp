@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 
 #include "core/random.hpp"
@@ -107,6 +108,29 @@ Vec2 by_table(const RemapTable& table, int x, int y) {
   };
   return (1.0 - b) * ((1.0 - a) * node(0, 0) + a * node(1, 0)) +
          b * ((1.0 - a) * node(0, 1) + a * node(1, 1));
+}
+
+/// The header holds the table's numbers, row by row, and the CRC that flight code will find.
+void test_header(void**) {
+  const CameraPair raw = rigs()[1];
+  rectified(raw);
+  const std::string text = rectification_header(raw, *result, "chain.yaml");
+  char crc[64];
+  std::snprintf(crc, sizeof crc, "kRightTableCrc = 0x%08XU;", static_cast<unsigned>(crc_of(result->right)));
+  assert_true(text.find(crc) != std::string::npos);
+  assert_true(text.find("kRawWidth_px = 512;") != std::string::npos);
+  const std::size_t at = text.find("kRightTable = {512, 384, {{\n");
+  assert_true(at != std::string::npos);
+  const char* read = text.c_str() + text.find('\n', at) + 1;
+  const int nodes = remap::nodes_along(512, remap::kSpacing) * remap::nodes_along(384, remap::kSpacing);
+  for (int i = 0; i < nodes; ++i) {
+    int u = 0, v = 0, used = 0;
+    assert_int_equal(std::sscanf(read, " {%d,%d},%n", &u, &v, &used), 2);
+    assert_true(u == result->right.nodes[static_cast<std::size_t>(i)].u);
+    assert_true(v == result->right.nodes[static_cast<std::size_t>(i)].v);
+    read += used;
+  }
+  assert_true(std::string(read).rfind("\n}}};", 0) == 0);
 }
 
 /// Shares of pixels with a source, against the tables' own nodes.
@@ -217,9 +241,13 @@ void test_refusals(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_points_lie_on_equal_rows), cmocka_unit_test(test_source_area),
-      cmocka_unit_test(test_tables_follow_the_models), cmocka_unit_test(test_zoom),
-      cmocka_unit_test(test_larger_than_the_mission),  cmocka_unit_test(test_refusals),
+      cmocka_unit_test(test_points_lie_on_equal_rows),
+      cmocka_unit_test(test_source_area),
+      cmocka_unit_test(test_header),
+      cmocka_unit_test(test_tables_follow_the_models),
+      cmocka_unit_test(test_zoom),
+      cmocka_unit_test(test_larger_than_the_mission),
+      cmocka_unit_test(test_refusals),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset/rectify", tests, nullptr, nullptr);
 }
