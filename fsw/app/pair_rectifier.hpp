@@ -1,10 +1,9 @@
-/// Raw pairs on board: taken into buffers of their own, laid anew by the mission's tables (image/remap.hpp),
-/// and only then seen by anything else. A mission whose camera gives rectified pairs has none of it, and pays
-/// nothing.
+/// Raw pairs on board: taken into buffers of their own, laid anew by tables (image/remap.hpp), and only then
+/// seen by anything else. A mission whose camera gives rectified pairs pays nothing for it.
 ///
-/// Tables and buffers belong to whoever starts the flight module; `cairn rig --table` makes the tables, with
-/// their CRCs. They are held against these once, at init: what does not fit is refused as a rig that cannot be
-/// used, not flown with.
+/// Tables and buffers belong to whoever starts the flight module; `cairn rig --table` makes the tables and
+/// their CRCs. At init they are held against size, reach and CRC: what does not fit is refused as a rig that
+/// cannot be used, not flown with.
 #pragma once
 
 #include <cstdint>
