@@ -202,12 +202,14 @@ profile: ## model cycles of each job on the emulated processor against its budge
 	  --console $(PROFILE)/run.log \
 	  $(CLOCK_MHZ:%=--clock %) $(SLICE:%=|| true)
 
+# The replay is the host's of the same mission: operations are the same on each target.
+HOST_BUILD := build/host$(if $(filter-out paper,$(MISSION)),-$(MISSION))
 wcet: ## bounds of each task and of cycle() in time, beside the longest seen (TARGET=...; DRIVE=folder adds a drive)
 	$(board)
-	@+$(MAKE) deps-build && $(MAKE) TARGET=host $(jobs) build/host/replay.elf $(UNITS) $(ROWS)
-	@mkdir -p build/host/ops
-	@build/host/replay.elf >build/host/ops/$(or $(DRIVE_NAME),sample).log
-	@$(CHECK)/wcet.py $(TIME_BUDGET) --target $(TARGET) $(ROWS) $(UNITS) build/host/ops/*.log
+	@+$(MAKE) deps-build && $(MAKE) TARGET=host SAN= $(jobs) $(HOST_BUILD)/replay.elf $(UNITS) $(ROWS)
+	@mkdir -p $(HOST_BUILD)/ops
+	@$(HOST_BUILD)/replay.elf >$(HOST_BUILD)/ops/$(or $(DRIVE_NAME),sample).log
+	@$(CHECK)/wcet.py $(TIME_BUDGET) --target $(TARGET) $(ROWS) $(UNITS) $(HOST_BUILD)/ops/*.log
 
 fuzz: ## fuzz the readers and the whole module with sanitizers (RUNS=10000000 executions); findings are in build/fuzz
 	$(call ready,check,$(FUZZERS))
