@@ -111,7 +111,7 @@ DEPS_BUILD := g++ make libeigen3-dev libcli11-dev libfmt-dev libgdal-dev nlohman
               libembree-dev libopenmpi-dev openmpi-bin libyaml-cpp-dev
 DEPS_TEST  := libcmocka-dev libopencv-core-dev libopencv-imgproc-dev libopencv-features2d-dev libopencv-calib3d-dev \
               qemu-user
-DEPS_CHECK := clang-format clang-tidy cppcheck python3 clang libclang-rt-dev eslint
+DEPS_CHECK := clang-format clang-tidy cppcheck python3 clang libclang-rt-dev eslint libcmocka-dev
 install     = @platform/host/install.sh $(1)
 
 ##@ Goals
