@@ -110,7 +110,7 @@ void test_own_hardware(void**) {
   assert_status(observe(10), ObserveStatus::kNoPoints);
 }
 
-/// A right image that lies 3 px lower and 2 px to the right, and is told so: the ground is where it was.
+/// A right image that lies 3 px lower and 6 px to the right, and is told so: the ground is where it was.
 void test_right_image_with_an_offset(void**) {
   observer.init({}, rig);
   assert_status(observe(10), ObserveStatus::kBoulders);
@@ -119,10 +119,10 @@ void test_right_image_with_an_offset(void**) {
   static std::uint8_t pixels[cfg::kImageWidth * cfg::kImageHeight] = {};
   const ImageU8 right = pair.right.view();
   const int width = right.width;
-  for (int v = 3; v < right.height; ++v) std::memcpy(pixels + v * width + 2, right.row(v - 3), width - 2);
+  for (int v = 3; v < right.height; ++v) std::memcpy(pixels + v * width + 6, right.row(v - 3), width - 6);
   const ImageU8 moved = packed_view<const std::uint8_t>(pixels, width, right.height);
   observer.init({}, rig);
-  assert_status(observer.start(pair.left.view(), moved, level_ground(), pose(10), {3.2, 2.0}),
+  assert_status(observer.start(pair.left.view(), moved, level_ground(), pose(10), {3.2, 6.0}),
                 ObserveStatus::kRunning);
   WorkBudget all = WorkBudget::unlimited();
   assert_status(observer.step(all), Progress::kDone);
