@@ -233,8 +233,8 @@ void test_few_rows_are_none(void**) {
   assert_at_most(estimator.offset().rows_px, 0.5 * params.least_rows_px);
 }
 
-/// What matches have in common beside the model, 0.02 px here, is little evidence for angles, however many they
-/// are; of a level ground, where the angles are hard to tell apart.
+/// What matches have in common beside the model, 0.02 px here, is little evidence for angles, however many
+/// there are; of a level ground, where the angles are hard to tell apart.
 void test_common_errors_are_little_evidence(void**) {
   RectificationEstimator estimator;
   estimator.init({}, kRig);
