@@ -165,13 +165,9 @@ bench-faults: ## what pose, sigma and trust say while pairs are spoilt: a row a 
 	$(call ready,test,-s $(B)/fault_table)
 	@$(B)/fault_table $(DATASET) $(FAULTS)
 
-# Fields as SEED-ELEVATION-AZIMUTH of the sun: to fit to, and to judge by.
-WEIGHTS_FIT  := 201-45-135 202-55-250 203-35-60 204-65-320
-WEIGHTS_HELD := 211-40-100 212-60-200
-shadow-weights: ## fit the shadow method's weights to rendered fields, beside today's; changes nothing (10 min, 1.5 GB)
-	$(call ready,build,$(CAIRN) $(B)/shadow_weights)
-	@unit_tests/ground_tools/detect/shadow_weights.sh $(CAIRN) $(B)/shadow_weights build/shadow-weights \
-	  '$(WEIGHTS_FIT)' '$(WEIGHTS_HELD)'
+shadow-weights: ## fit the shadow method's weights to rendered fields; fails where the source has others (20 min, 2 GB)
+	$(call ready,build,$(B)/shadow_weights)
+	@$(B)/shadow_weights build/shadow-fields ground_tools/detect/shadow_weights.cpp
 
 bench-detect: ## the shadow method on rendered craters and boulders: recall, precision, reliability (10 min, 2 GB)
 	$(call ready,build,$(B)/bench_detect)

@@ -10,10 +10,12 @@
 /// a logistic regression on the features and their products: what tells a boulder of 3 pixels from a pit is
 /// not what tells one of 12, nor is it the same under a high and a low sun.
 ///
-/// `make shadow-weights` fits such a model to named seeds of `cairn sim`, and judges it and today's by fields
-/// that neither was fitted to; it changes nothing by itself. Today's (shadow_weights.cpp) was fitted to
-/// seventy-odd scenes of 120 m at 0.3 m a pixel with craters, scarps, ripples, patches and boulders under
-/// suns of 14 to 50 degrees, drawn by a program that was not kept, beside fields of `cairn sim`.
+/// The model (shadow_weights.cpp) is made by `make shadow-weights`: fitted to fields of `cairn sim` from
+/// named seeds (unit_tests/ground_tools/detect/shadow_fields.hpp: craters fresh to worn, boulders or none,
+/// slopes, ripples, patches, suns of 14 to 60 degrees, told right and up to 16 degrees wrong), z then
+/// stretched and shifted so that of what maps hold at a confidence so many are boulders. The goal judges the
+/// model by fields that it was not fitted to, and fails where this source holds other numbers. They are the
+/// same from run to run; another libm may change the last digit.
 #pragma once
 
 #include <array>

@@ -119,38 +119,6 @@ void put_in_order(std::vector<Candidate>& candidates) {
   candidates.erase(std::unique(candidates.begin(), candidates.end(), same), candidates.end());
 }
 
-/// Of those that overlap, the strongest, each against those that were not beaten yet. All are in
-/// standard order, before and after.
-std::vector<Candidate> strongest(const std::vector<Candidate>& candidates, double widest_px) {
-  enum class State : std::uint8_t { kOpen, kKept, kBeaten };
-  std::vector<State> state(candidates.size(), State::kOpen);
-  const auto neighbours = [&](std::size_t i, const auto& visit) {
-    const double v = candidates[i].v_px;
-    for (std::size_t j = i; j-- > 0 && candidates[j].v_px > v - widest_px;) visit(j);
-    for (std::size_t j = i + 1; j < candidates.size() && candidates[j].v_px < v + widest_px; ++j) visit(j);
-  };
-  for (int round = 0; round < kRounds; ++round) {
-    std::vector<State> next = state;
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (state[i] != State::kOpen) continue;
-      bool best = true;
-      bool beaten = false;
-      neighbours(i, [&](std::size_t j) {
-        if (beaten || state[j] == State::kBeaten || !overlap(candidates[i], candidates[j])) return;
-        if (state[j] == State::kKept) beaten = true;
-        if (stronger(candidates[j], candidates[i])) best = false;
-      });
-      next[i] = beaten ? State::kBeaten : best ? State::kKept : State::kOpen;
-    }
-    state = next;
-  }
-  std::vector<Candidate> kept;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (state[i] == State::kKept) kept.push_back(candidates[i]);
-  }
-  return kept;
-}
-
 ShadowBoulder boulder_of(const Candidate& c, double tan_elevation) {
   ShadowBoulder b;
   b.u_px = c.u_px;
@@ -222,9 +190,40 @@ ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, 
   return candidates;
 }
 
+std::vector<ShadowCandidate> strongest(const std::vector<ShadowCandidate>& candidates, const ShadowView& view,
+                                       const ShadowParams& params) {
+  const double widest_px = 0.8 * kMostSize_px * (1 << (levels_for(params, view.pixel_m) - 1));
+  enum class State : std::uint8_t { kOpen, kKept, kBeaten };
+  std::vector<State> state(candidates.size(), State::kOpen);
+  const auto neighbours = [&](std::size_t i, const auto& visit) {
+    const double v = candidates[i].v_px;
+    for (std::size_t j = i; j-- > 0 && candidates[j].v_px > v - widest_px;) visit(j);
+    for (std::size_t j = i + 1; j < candidates.size() && candidates[j].v_px < v + widest_px; ++j) visit(j);
+  };
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<State> next = state;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (state[i] != State::kOpen) continue;
+      bool best = true;
+      bool beaten = false;
+      neighbours(i, [&](std::size_t j) {
+        if (beaten || state[j] == State::kBeaten || !overlap(candidates[i], candidates[j])) return;
+        if (state[j] == State::kKept) beaten = true;
+        if (stronger(candidates[j], candidates[i])) best = false;
+      });
+      next[i] = beaten ? State::kBeaten : best ? State::kKept : State::kOpen;
+    }
+    state = next;
+  }
+  std::vector<Candidate> kept;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (state[i] == State::kKept) kept.push_back(candidates[i]);
+  }
+  return kept;
+}
+
 ShadowFinds detect_by_shadow(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
                              const ShadowParams& params) {
-  const double widest_px = 0.8 * kMostSize_px * (1 << (levels_for(params, view.pixel_m) - 1));
   const double least_px = least_diameter_px(view, params);
   const ShadowCandidates candidates = shadow_candidates(tile, core, view, params);
   const auto in_core = [&](const Candidate& c) {
@@ -232,12 +231,12 @@ ShadowFinds detect_by_shadow(const GreyTile& tile, const PixelRect& core, const 
                          static_cast<int>(std::floor(c.v_px + 0.5)));
   };
   ShadowFinds finds;
-  for (const Candidate& c : strongest(candidates.boulders, widest_px)) {
+  for (const Candidate& c : strongest(candidates.boulders, view, params)) {
     const ShadowBoulder b = boulder_of(c, view.tan_elevation);
     const bool in_range = b.diameter_px >= least_px && b.diameter_px * view.pixel_m <= params.max_diameter_m;
     if (in_core(c) && in_range) finds.boulders.push_back(b);
   }
-  for (const Candidate& c : strongest(candidates.hollows, widest_px)) {
+  for (const Candidate& c : strongest(candidates.hollows, view, params)) {
     if (in_core(c)) finds.craters.push_back({c.u_px, c.v_px, 2.0 * c.across_px, c.contrast, c.confidence});
   }
   return finds;

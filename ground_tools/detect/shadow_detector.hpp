@@ -34,7 +34,7 @@ struct ShadowParams {
   double max_diameter_m = 15.0;    ///< the largest looked for,
   double max_diameter_px = 256.0;  ///< and no more pixels than this: it sets the reach
   double seed_contrast = 0.10;     ///< least darkness of a spot, share of the grey level around it
-  double min_confidence = 0.4;     ///< what is less likely a boulder is left out
+  double min_confidence = 0.5;     ///< what is less likely a boulder is left out
 };
 
 /// Throws ToolError where a parameter is out of its range.
@@ -94,6 +94,10 @@ struct ShadowCandidates {
 /// `min_confidence` and more, but of any diameter. `tile` as for detect_by_shadow.
 ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
                                    const ShadowParams& params);
+
+/// Of those that overlap, the one that explains most, by row and column; `candidates` are so ordered.
+std::vector<ShadowCandidate> strongest(const std::vector<ShadowCandidate>& candidates, const ShadowView& view,
+                                       const ShadowParams& params);
 
 struct ShadowFinds {
   std::vector<ShadowBoulder> boulders;

@@ -14,7 +14,8 @@ constexpr double kTallness = 0.06;    ///< of the prior on height
 constexpr double kUsualHeight = 0.9;  ///< over the half width
 constexpr int kCore = 3;
 constexpr double kCentroid = 0.424413;  ///< of a half ellipse, 4 / (3 pi)
-constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations of the ground
+constexpr double kLeastDepth = 3.0;     ///< of a shadow, in standard deviations of the ground,
+constexpr double kDeep = 0.4;           ///< or this share of the ground's level, however patched that is
 constexpr double kMostSlope = 5.8;
 constexpr double kFades = 0.5;        ///< of the most that a size explains: no larger size is tried then
 constexpr double kMostAbsent = 0.15;  ///< of the surroundings: what is cut off may be anything
@@ -125,7 +126,7 @@ bool ShadowFitter::begin(const ImageU8& grey, const ImageU8& valid, int u, int v
   ground_ = quantile(histogram, count / 2);
   noise_ = std::max(0.5, (quantile(histogram, 3 * count / 4) - ground_) / 0.6745);
   depth_ = core_depth();
-  return depth_ > kOne * std::max(1.0, kLeastDepth * noise_);
+  return depth_ > kOne * std::max(1.0, std::min(kLeastDepth * noise_, kDeep * ground_));
 }
 
 /// A row's samples, darkness below the ground, none where there is no pixel; and their sums.

@@ -83,7 +83,9 @@ class ShadowFitter {
   ShadowFitter(const Vec2& away_from_sun, double tan_elevation);
 
   /// Fits around (u, v), half widths `least_across_px` to kFitMostAcross_px. Pixels beyond the view and those
-  /// whose `valid` is 0 (no view: all are valid) count as ground; `found` is false where they are many.
+  /// whose `valid` is 0 (no view: all are valid) count as ground. `found` is false where they are many, and
+  /// where the darkest sample near (u, v) is neither three of the ground's standard deviations below it nor
+  /// 0.4 of its level: on patched ground the former would be more than all light there is.
   ShadowFit fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px);
 
  private:

@@ -1,4 +1,4 @@
-/// Fields that the shadow detector is judged by: scenes of `cairn sim`, each from a seed alone.
+/// Fields that the shadow detector is fitted to and judged by: scenes of `cairn sim`, each from a seed alone.
 /// A record scene.toml lies beside each image: `cairn sim scene.toml` makes the same.
 #pragma once
 
@@ -64,36 +64,130 @@ inline void draw_light(sim::Draw& draw, sim::Scene& scene) {
   scene.camera.white_radiance = scene.site.albedo * (lit + scene.light.sky) / level;
 }
 
-/// 400 px of 5 cm: craters of 4 px and more or none, boulders or none, suns of 15 to 50 degrees.
-inline ShadowField cratered_field(std::uint64_t seed) {
+enum class FieldKind {
+  kCratered,   ///< 5 cm a pixel: craters or none, boulders or none
+  kCoarse,     ///< the same at 15 cm, up to the densest boulders
+  kSaturated,  ///< 15 cm, crater beside crater, a low sun, few boulders
+  kNear,       ///< 10 m at 5, 10 and 20 mm
+  kFar,        ///< 25 cm, boulders alone
+  kFresh,      ///< 10 cm, sharp bowls on smoother ground, boulders or none
+};
+inline constexpr const char* kFieldKinds[] = {"cratered", "coarse", "saturated", "near", "far", "fresh"};
+constexpr double kFieldSide_px = 400.0;  ///< of those with craters
+
+/// Relief, ripples and patches at the scale of `pixel_m`.
+inline void draw_ground(sim::Draw& draw, double pixel_m, sim::Site& site) {
+  const double scale = pixel_m / 0.05;
+  site.relief_wavelength_m = 15.0 * scale;
+  site.relief_rms_m = draw.uniform() < 0.5 ? 0.0 : draw.uniform(0.05, 0.5) * scale;
+  site.ripple_wavelength_m = draw.uniform(0.3, 1.0) * scale;
+  site.ripple_azimuth_deg = draw.uniform(0.0, 360.0);
+  site.ripple_height_m = draw.uniform() < 0.3 ? draw.uniform(0.02, 0.08) * site.ripple_wavelength_m : 0.0;
+  site.patch_contrast = draw.uniform() < 0.3 ? draw.uniform(0.2, 0.5) : 0.08;
+  site.patch_size_m = draw.uniform(0.4, 2.0) * scale;
+  site.texture_contrast = draw.uniform(0.03, 0.12);
+}
+
+inline void smooth_ground(sim::Site& site) {
+  site.relief_rms_m = site.ripple_height_m = 0.0;
+  site.patch_contrast = 0.02;
+  site.texture_contrast = 0.02;
+}
+
+inline void draw_bodies(sim::Draw& draw, FieldKind kind, sim::Scene& scene) {
+  sim::Craters& craters = scene.craters;
+  sim::Rocks& rocks = scene.rocks;
+  rocks.pebbles = 0.0;
+  craters.max_degradation = 0.95;
+  switch (kind) {
+    case FieldKind::kCratered:
+      craters.k = one_of(draw, {0.0, 60.0, 150.0, 400.0, 900.0});
+      craters.min_diameter_m = 0.2;
+      craters.max_diameter_m = 7.0;
+      rocks.k = draw.uniform() < 0.3 ? 0.0 : one_of(draw, {0.012, 0.02, 0.03, 0.05, 0.08});
+      rocks.min_diameter_m = 0.065;
+      break;
+    case FieldKind::kCoarse:
+      craters.k = one_of(draw, {0.0, 60.0, 150.0, 400.0, 900.0});
+      craters.min_diameter_m = 0.6;
+      craters.max_diameter_m = 21.0;
+      rocks.k = draw.uniform() < 0.2 ? 0.0 : one_of(draw, {0.01, 0.03, 0.07, 0.15, 0.3});
+      rocks.min_diameter_m = 0.2;
+      rocks.max_diameter_m = 8.0;
+      break;
+    case FieldKind::kSaturated:
+      scene.ortho_sun.elevation_deg = draw.uniform(14.0, 32.0);
+      craters.b = draw.uniform(2.0, 3.0);
+      craters.min_diameter_m = 0.35;
+      craters.max_diameter_m = 21.0;
+      craters.k = one_of(draw, {1500.0, 4000.0, 8000.0}) / 0.36 * std::pow(0.35, craters.b);
+      rocks.k = one_of(draw, {0.0, 0.01, 0.02, 0.04});
+      rocks.min_diameter_m = 0.2;
+      rocks.max_diameter_m = 8.0;
+      break;
+    case FieldKind::kFresh:
+      craters.b = draw.uniform(1.2, 2.2);
+      craters.min_diameter_m = draw.uniform(0.4, 0.7);
+      craters.max_diameter_m = 5.0;
+      craters.k = draw.uniform(30.0, 250.0) / 0.16 * std::pow(craters.min_diameter_m, craters.b);
+      craters.depth = draw.uniform(0.12, 0.26);
+      craters.rim = draw.uniform(0.0, 0.05);
+      craters.max_degradation = draw.uniform(0.0, 0.4);
+      rocks.k = draw.uniform() < 0.4 ? 0.0 : one_of(draw, {0.01, 0.02, 0.04});
+      rocks.min_diameter_m = 0.13;
+      rocks.max_diameter_m = 5.0;
+      break;
+    case FieldKind::kNear:
+      rocks.k = one_of(draw, {0.03, 0.07, 0.15});
+      rocks.pebbles = 1.5;
+      break;
+    case FieldKind::kFar:
+      rocks.k = one_of(draw, {0.07, 0.15, 0.3});
+      rocks.min_diameter_m = 0.3;
+      rocks.max_diameter_m = 8.0;
+      break;
+  }
+}
+
+inline ShadowField shadow_field(FieldKind kind, std::uint64_t seed) {
   ShadowField field;
   sim::Scene& scene = field.scene;
-  field.name = fmt::format("cratered-{}", seed);
-  sim::Draw draw(seed, sim::Stream::kCraters, 1000);
+  field.name = fmt::format("{}-{}", kFieldKinds[static_cast<int>(kind)], seed);
+  sim::Draw draw(seed, sim::Stream::kCraters, 1000 + static_cast<std::uint64_t>(kind));
   scene.seed = seed;
   shorten_traverse(scene);
-  scene.ortho_sun = {draw.uniform(15.0, 50.0), draw.uniform(0.0, 360.0)};
-  size_site(scene, 20.0);
-  field.pixels_m = {0.05};
-  field.samples = 4;
-  scene.rocks.min_diameter_m = 0.065;
-  scene.rocks.pebbles = 0.0;
-  scene.craters.max_diameter_m = 7.0;
-  scene.craters.max_degradation = 0.95;
-  scene.craters.k = one_of(draw, {0.0, 60.0, 150.0, 400.0, 900.0});
-  scene.craters.min_diameter_m = 0.2;
-  scene.rocks.k = draw.uniform() < 0.3 ? 0.0 : one_of(draw, {0.012, 0.02, 0.03, 0.05, 0.08});
-  scene.site.relief_wavelength_m = 15.0;
-  scene.site.relief_rms_m = draw.uniform() < 0.5 ? 0.0 : draw.uniform(0.05, 0.5);
-  scene.site.ripple_wavelength_m = draw.uniform(0.3, 1.0);
-  scene.site.ripple_azimuth_deg = draw.uniform(0.0, 360.0);
-  scene.site.ripple_height_m =
-      draw.uniform() < 0.3 ? draw.uniform(0.02, 0.08) * scene.site.ripple_wavelength_m : 0.0;
-  scene.site.patch_contrast = draw.uniform() < 0.3 ? draw.uniform(0.2, 0.5) : 0.08;
-  scene.site.patch_size_m = draw.uniform(0.4, 2.0);
-  scene.site.texture_contrast = draw.uniform(0.03, 0.12);
+  const bool bare = kind == FieldKind::kNear || kind == FieldKind::kFar;
+  scene.ortho_sun = {bare ? draw.uniform(20.0, 60.0) : draw.uniform(15.0, 50.0), draw.uniform(0.0, 360.0)};
+  constexpr double kPixels_m[] = {0.05, 0.15, 0.15, 0.0, 0.25, 0.1};
+  const double pixel_m = kPixels_m[static_cast<int>(kind)];
+  if (kind == FieldKind::kNear) {
+    field.pixels_m = {0.005, 0.01, 0.02};
+    size_site(scene, 10.0);
+  } else {
+    field.pixels_m = {pixel_m};
+    field.samples = 4;
+    size_site(scene, kind == FieldKind::kFar ? 60.0 : kFieldSide_px * pixel_m);
+  }
+  draw_bodies(draw, kind, scene);
+  // Half of the bare ones are the simulator's usual Mars.
+  if (bare && draw.uniform() < 0.5) return field;
+  if (kind != FieldKind::kNear) draw_ground(draw, pixel_m, scene.site);
+  if (kind == FieldKind::kFresh && draw.uniform() < 0.5) smooth_ground(scene.site);
   draw_light(draw, scene);
   return field;
+}
+
+/// Whether a map's entry there is this boulder: within 2 px or half its diameter.
+inline bool is_at(const Vec2& p_map_m, const TableBoulder& rock, double pixel_m) {
+  return (p_map_m - rock.p_map_m).norm() <= std::max(2.0 * pixel_m, 0.5 * rock.diameter_m);
+}
+/// Or any of 2 px and more that is not much smaller than the entry.
+inline bool is_boulder(const Vec2& p_map_m, double diameter_m, double pixel_m,
+                       const std::vector<TableBoulder>& rocks) {
+  const double least_m = std::max(2.0 * pixel_m, 0.6 * diameter_m);
+  return std::any_of(rocks.begin(), rocks.end(), [&](const TableBoulder& rock) {
+    return rock.diameter_m >= least_m && is_at(p_map_m, rock, pixel_m);
+  });
 }
 
 struct RenderedField {

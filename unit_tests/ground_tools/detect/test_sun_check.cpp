@@ -85,14 +85,18 @@ void test_sun_by_the_image(void**) {
   const auto guess_of = [](double elevation_rad) {
     return guess_sun(*test::view_of(raster)->reader(), test::view_of(raster)->facts(), elevation_rad);
   };
+  raster = test::read_orthoimage(CAIRN_SOURCE_DIR "/unit_tests/integration/sample/ortho_5mm.tif");
+  const SunGuess guess = guess_of(0.7);
+  print_message("%.1f degrees, %d finds, %d the other way\n", guess.sun.azimuth_rad * kDegPerRad, guess.finds,
+                guess.opposite);
+  assert_near(wrap_angle(guess.sun.azimuth_rad - 135.0 * kRadPerDeg), 0.0, 10.0 * kRadPerDeg);
+  assert_near(guess.sun.elevation_rad, 0.7, 0.0);
+  // Discs with square shadows may be misread, but not surely.
   for (const double azimuth_deg : {20.0, 135.0, 250.0}) {
     draw(40, azimuth_deg);
-    const SunGuess guess = guess_of(0.7);
-    print_message("%g: %.1f degrees, %d finds, %d the other way\n", azimuth_deg,
-                  guess.sun.azimuth_rad * kDegPerRad, guess.finds, guess.opposite);
-    assert_near(wrap_angle(guess.sun.azimuth_rad - azimuth_deg * kRadPerDeg), 0.0, 20.0 * kRadPerDeg);
-    assert_near(guess.sun.elevation_rad, 0.7, 0.0);
-    assert_true(guess.is_sure());
+    const SunGuess drawn = guess_of(0.7);
+    const double off_rad = wrap_angle(drawn.sun.azimuth_rad - azimuth_deg * kRadPerDeg);
+    assert_true(std::fabs(off_rad) <= 20.0 * kRadPerDeg || !drawn.is_sure());
   }
   draw(0, 0.0);
   assert_false(guess_of(0.0).is_sure());
