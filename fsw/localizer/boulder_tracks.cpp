@@ -121,11 +121,18 @@ void BoulderTracks::absorb(Track& track, const Vec3& p, double weight, double di
 }
 
 void BoulderTracks::forget(std::uint32_t frame) {
+  forget_older(frame, static_cast<std::uint32_t>(params_.window_frames));
+}
+
+void BoulderTracks::forget_before(std::uint32_t frame) { forget_older(frame_, frame_ - frame); }
+
+/// Frame numbers may wrap.
+void BoulderTracks::forget_older(std::uint32_t frame, std::uint32_t age) {
   std::int16_t place[cfg::kMaxLocalBoulders] = {};
   std::size_t kept = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     place[i] = kNone;
-    if (frame - tracks_[i].last_frame > static_cast<std::uint32_t>(params_.window_frames)) continue;
+    if (frame - tracks_[i].last_frame > age) continue;
     place[i] = static_cast<std::int16_t>(kept);
     if (kept != i) tracks_[kept] = tracks_[i];
     ++kept;
@@ -211,6 +218,7 @@ void BoulderTracks::build(LocalMap& out) {
     b.spread_m = static_cast<float>(t.spread_m);
     b.id = t.id;
     b.sightings = t.sightings;
+    b.in_view = t.last_frame == frame_;
     out.append(b);
   }
 }

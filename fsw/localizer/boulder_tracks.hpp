@@ -52,6 +52,8 @@ class BoulderTracks {
   void forget(std::uint32_t frame);
   /// Forgets all: from here on `site` is not what it was. Numbers go on.
   void forget_all();
+  /// Forgets tracks last seen before `frame`, which is not later than the last one.
+  void forget_before(std::uint32_t frame);
   /// Merges tracks that lie close together, for good. Unit: one track against those after it.
   Progress settle(WorkBudget& budget);
   /// The local map, in the order of the tracks' numbers, settled.
@@ -76,6 +78,7 @@ class BoulderTracks {
   std::int16_t nearest_track(const BoulderSighting& sighting, std::uint32_t frame) const;
   void take(const BoulderSighting& sighting, std::int16_t index, std::uint32_t frame);
   static void absorb(Track& track, const Vec3& p, double weight, double diameter, double spread);
+  void forget_older(std::uint32_t frame, std::uint32_t age);
   void take_voted();
   void take_nearest(std::size_t sighting);
   std::uint32_t merge_into(std::size_t track);  ///< returns how many

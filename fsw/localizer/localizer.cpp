@@ -29,6 +29,7 @@ FixStatus fix_status(MapFixStatus status) {
     case MapFixStatus::kNoLocalBoulders: return FixStatus::kNoLocalBoulders;
     case MapFixStatus::kNoSearchRoom: return FixStatus::kNoSearchRoom;
     case MapFixStatus::kNoHypothesis: return FixStatus::kNoHypothesis;
+    case MapFixStatus::kViewDisagrees:
     case MapFixStatus::kInconsistent: return FixStatus::kInconsistent;
     case MapFixStatus::kTooLittleEvidence: return FixStatus::kTooLittleEvidence;
     case MapFixStatus::kAmbiguous: return FixStatus::kAmbiguous;
@@ -633,6 +634,7 @@ FixStatus Localizer::take_map_fix() {
     }
   }
   carry_on(status);
+  if (map_fix_.status() == MapFixStatus::kViewDisagrees) slipped();
   TrustEvent event = trust_event(status, result.proof_expected);
   const bool refuted = against_nats_ <= -kRefuted;  // and this one looked in the whole map
   weigh_against(status);
@@ -654,6 +656,14 @@ void Localizer::weigh_against(FixStatus status) {
   } else if (fix_.log_ratio < 0.0) {
     against_nats_ += fix_.log_ratio;
   }
+}
+
+/// At a time that nobody knows, since the oldest boulder of the local map was seen last.
+void Localizer::slipped() {
+  tracks_.forget_before(fix_.frame);
+  carried_.reset();
+  const double frames = params_.tracks.window_frames;
+  fusion_.doubt(frames * params_.fusion.unseen_step_m, frames * params_.fusion.unseen_step_rad);
 }
 
 /// Turns the site about a point of the map, and shifts it.

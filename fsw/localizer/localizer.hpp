@@ -32,6 +32,9 @@
 /// keeps what the guess may be off, trust tells of it, and where that is more than a pair's own error the
 /// boulders seen before are forgotten. The same where something speaks against VO's motion (vo_watch.hpp).
 ///
+/// Slips. Where boulders seen before agree with the map and those in view do not, VO missed a motion: the fix
+/// is not used, older boulders are forgotten, and sigma grows as if VO had not seen a frame of the window.
+///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
 /// to 1, it is looked for in the whole map.
 ///
@@ -135,10 +138,11 @@ enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
   kIterationLimit,
   kBeyondLimit,
   kBadInput,
-  kLate,               ///< the paper's ICP did not finish in its time, or the map was changed
-  kInconsistent,       ///< farther off than sigma allows (pose_fusion.hpp)
-  kNoSearchRoom,       ///< the map holds more boulders there than there is room for
-  kNoHypothesis,       ///< no pose in reach agrees at all
+  kLate,          ///< the paper's ICP did not finish in its time, or the map was changed
+  kInconsistent,  ///< farther off than sigma allows (pose_fusion.hpp), or boulders in view do not agree where
+                  ///< those before do
+  kNoSearchRoom,  ///< the map holds more boulders there than there is room for
+  kNoHypothesis,  ///< no pose in reach agrees at all
   kTooLittleEvidence,  ///< unrelated boulders could agree as well (registration/verdict.hpp), as in ...
   kAmbiguous,          ///< ... another pose agrees nearly as well
   kChanceAgreement,    ///< ... this map agrees as well at poses that are wrong
@@ -297,6 +301,7 @@ class Localizer {
   void carry_on(FixStatus status);
   bool goes_on() const;
   void weigh_against(FixStatus status);
+  void slipped();
   void turn_about(const Vec2& pivot_map_m, const Pose2& correction);
   void finish_fix(FixStatus status);
 

@@ -13,6 +13,7 @@ MapFixStatus status_of(VerdictStatus verdict) {
     case VerdictStatus::kAccepted: return MapFixStatus::kAccepted;
     case VerdictStatus::kInconsistentWithPrior: return MapFixStatus::kInconsistent;
     case VerdictStatus::kTooLittleEvidence: return MapFixStatus::kTooLittleEvidence;
+    case VerdictStatus::kViewDisagrees: return MapFixStatus::kViewDisagrees;
     case VerdictStatus::kAmbiguous: return MapFixStatus::kAmbiguous;
     case VerdictStatus::kChanceAgreement: return MapFixStatus::kChanceAgreement;
     case VerdictStatus::kNone:

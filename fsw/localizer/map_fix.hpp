@@ -46,8 +46,9 @@ enum class CAIRN_NODISCARD MapFixStatus : std::uint8_t {
   kChanceAgreement,    ///< this map agrees as well at poses that are wrong
   kWeakGeometry,       ///< accepted, but the pairs leave the pose too uncertain to weigh
   kBadInput,           ///< a prior that is not finite, or what the search refuses
+  kViewDisagrees,      ///< boulders seen before agree, those in view do not: odometry missed a motion
 };
-inline constexpr std::size_t kMapFixStatusCount = 14;
+inline constexpr std::size_t kMapFixStatusCount = 15;
 static_assert(enum_has<MapFixStatus, kMapFixStatusCount>());
 
 struct MapFixParams {

@@ -56,7 +56,7 @@ enum class TrustEvent : std::uint8_t {
   kGuessed,          ///< VO's reference is lost: the step is the motion prior's or the last one's, for good
   kDoubted,          ///< VO's step contradicts the motion prior (localizer/vo_watch.hpp)
   kFixAccepted,      ///< the map confirms the snapshot's pose, corrected or found anew
-  kFixInconsistent,  ///< the map agrees with a pose that sigma does not allow
+  kFixInconsistent,  ///< the map agrees with a pose that sigma does not allow, or boulders in view do not
   kFixDeclined,      ///< evidence was there to decide, and it did not speak for the pose
   kFixUndecided,     ///< too little evidence, no map, not in time: tells nothing
   kFixRefuted,  ///< too little evidence again and again, where it speaks against the pose; and after that

@@ -37,6 +37,7 @@ VerdictStatus EvidenceSum::verdict(const VerdictParams& params) const {
     case VerdictStatus::kNone:
     case VerdictStatus::kNoHypothesis:
     case VerdictStatus::kInconsistentWithPrior:
+    case VerdictStatus::kViewDisagrees:
     case VerdictStatus::kAmbiguous: return last_;
     default: break;
   }

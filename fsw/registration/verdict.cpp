@@ -65,6 +65,7 @@ Sighted sight(const EvidenceParams& params, const Ground& ground, const LocalMap
   if (!in_range(own, 0.0, 1.0e3)) return Sighted::kBad;
   s.sigma_m = std::sqrt(params.sigma_pair_m * params.sigma_pair_m + own * own);
   s.local = static_cast<std::uint16_t>(index);
+  s.in_view = boulder.in_view;
   const auto diameter = static_cast<double>(boulder.diameter_m);
   if (params.size_sigma > 0.0 && in_range(diameter, 1.0e-3, 1.0e3)) {
     s.diameter_m = diameter;
@@ -294,12 +295,16 @@ void EvidenceJob::assign() {
 void EvidenceJob::multiply(std::size_t end) {
   const double p = kShares[share_];
   double sum = cursor_ == 0 ? 0.0 : sums_[share_];
+  double before = cursor_ == 0 ? 0.0 : before_[share_];
   for (std::size_t i = cursor_; i < end; ++i) {
     const double term = ln(1.0 - p + p * say_[i].ratio);
     const bool echo = term > 0.0 && best_of_[(*sightings_)[i].cluster] != i;
-    sum += echo ? echo_ * term : term;
+    const double counts = echo ? echo_ * term : term;
+    sum += counts;
+    before += (*sightings_)[i].in_view ? 0.0 : counts;
   }
   sums_[share_] = sum;
+  before_[share_] = before;
   cursor_ = end;
 }
 
@@ -309,6 +314,7 @@ void EvidenceJob::weigh() {
   Evidence& r = result_;
   r.pose = pose_;
   r.S = mean_over_shares(sums_);
+  r.view_log = mean_over_shares(before_) - r.S;
   const Vec4 held = prior * off;
   r.chi2 = off.dot(held);
   r.matched = sum_w_;
@@ -392,6 +398,7 @@ Verdict judge(const VerdictParams& params, const Evidence& best, double second_l
               const PosePrior& prior, const Decoys& decoys) {
   Verdict v;
   v.log_ratio = best.log_ratio;
+  v.view_log = best.view_log;
   v.second_log_ratio = second_log_ratio;
   v.theta = tail_of(decoys, decoys.log_volume - best.log_volume, params.tail);
   const double score = best.S - 0.5 * best.chi2;
@@ -413,6 +420,8 @@ Verdict judge(const VerdictParams& params, const Evidence& best, double second_l
     v.status = VerdictStatus::kInconsistentWithPrior;
   } else if (have < needed) {
     v.status = VerdictStatus::kTooLittleEvidence;
+  } else if (best.view_log > params.view_limit) {
+    v.status = VerdictStatus::kViewDisagrees;
   } else if (v.log_ratio - second_log_ratio < params.second_margin) {
     v.status = VerdictStatus::kAmbiguous;
   } else if (v.chance_log < needed) {

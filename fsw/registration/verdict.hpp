@@ -22,6 +22,12 @@
 /// for, so that it does not matter how many were looked at, nor how this one was found. Under the null of
 /// scattered boulders P(log_ratio > t) <= e^-t (Markov's inequality: the ratio's mean is 1).
 ///
+/// In view. Where the rover slipped and nothing told of it, boulders seen before agree with a pose that no
+/// longer is the rover's. With S_before the same S over those that are not in view at the snapshot,
+///     view_log = S_before - S
+/// is the log likelihood ratio of 'those in view are unrelated to the map at this pose' against 'they are on
+/// it as all others'. At the right pose P(view_log > t) <= e^-t.
+///
 /// Chance agreement, measured. Lattices, rows and clusters of another place agree better than scattered
 /// boulders do. What the same local map scores at *decoys*, poses that cannot be right (outside what the
 /// prior allows, or second to the best), tells by how much. With decoys D_j found in a volume V_d of poses,
@@ -34,12 +40,13 @@
 ///
 /// Verdict, first that applies: inconsistent with the prior (evidence enough but for chi2, and chi-squared
 /// of the innovation, 3 degrees of freedom, beyond its limit), too little evidence (log_ratio + calibration
-/// below what is needed), ambiguous (second best less than second_margin behind), chance agreement
-/// (chance_log below what is needed), accepted. Needed is ln_threshold - prior_log_odds: what is known
-/// besides that this is the right map and prior (fixes before, say). calibration: e^-t is a bound, and a
-/// loose one. Importance sampling, P0(log_ratio > t) = E1[e^-log_ratio; log_ratio > t] over trials of the
-/// same ground, puts the rate of false fixes 3 to 4.6 nats below it; `make bench-fix` shows it beside what
-/// wrong sites give.
+/// below what is needed), view disagrees (view_log beyond its limit), ambiguous (second best less than
+/// second_margin behind), chance agreement (chance_log below what is needed), accepted. Needed is
+/// ln_threshold - prior_log_odds: what is known besides that this is the right map and prior (fixes before,
+/// say). calibration: e^-t is a bound, and a loose one. Importance sampling,
+///     P0(log_ratio > t) = E1[e^-log_ratio; log_ratio > t]
+/// over trials of the same ground, puts the rate of false fixes 3 to 4.6 nats below it; `make bench-fix`
+/// shows it beside what wrong sites give.
 ///
 /// Everything in axes of `map` about the Ground's centre; angles in radians.
 ///
@@ -68,6 +75,7 @@ struct Sighting {
   double diameter_m = 0.0;    ///< 0 = unknown
   double size_density = 0.0;  ///< Ground::size_density of it; 0 = sizes are not looked at
   std::uint16_t local = 0;    ///< index in the LocalMap
+  bool in_view = false;       ///< LocalBoulder::in_view
   std::uint16_t cluster = 0;  ///< the same for those that hang together: the lowest index among them
 };
 using Sightings = FixedVector<Sighting, cfg::kMaxLocalBoulders>;
@@ -121,6 +129,7 @@ struct Evidence {
   /// own, weighed against sigma_pair's with 10 degrees of freedom, within a factor of 1/4 to 9 of it.
   Mat4 covariance = Mat4::Zero();
   double S = 0.0;            ///< evidence at the pose, nats
+  double view_log = 0.0;     ///< of 'those in view are unrelated' against 'as all others'
   double chi2 = 0.0;         ///< of the pose about the prior's mean
   double innovation2 = 0.0;  ///< chi-squared of the fix without the prior about the prior
   double log_volume = 0.0;   ///< of the fix, as PosePrior::log_volume
@@ -183,6 +192,7 @@ class EvidenceJob {
   bool settled_ = false;
   int share_ = -1;  ///< cursor over the shares p, in the end; -1 before
   double sums_[4] = {};
+  double before_[4] = {};  ///< the same, of those that are not in view
   Hypothesis pose_;
   SinCos turn_ = {0.0, 1.0};
   Mat4 information_ = Mat4::Zero();  ///< of the pairs, complete: weights as they are
@@ -209,6 +219,7 @@ enum class VerdictStatus : std::uint8_t {
   kNoHypothesis,           ///< nothing in reach agrees at all
   kInconsistentWithPrior,  ///< what agrees is not where the prior says
   kTooLittleEvidence,      ///< unrelated boulders could agree as well
+  kViewDisagrees,          ///< boulders seen before agree, those in view do not
   kAmbiguous,              ///< another pose agrees nearly as well
   kChanceAgreement,        ///< this map agrees as well at poses that are wrong
 };
@@ -219,6 +230,7 @@ struct VerdictParams {
   double calibration = 3.0;                  ///< nats by which log_ratio is known to be low, [0, 4.6]
   double second_margin = 6.907755278982137;  ///< nats that the second best must be behind
   double innovation2_limit = 21.108;         ///< of 3 degrees of freedom: 1e-4
+  double view_limit = 4.605170185988091;     ///< nats of view_log: 100 to 1
   int tail = 12;                             ///< decoys that theta is taken from
 };
 
@@ -234,6 +246,7 @@ struct Verdict {
   double log_ratio = 0.0;
   double second_log_ratio = -1.0e3;  ///< of the second best distinct pose; -1000: none
   double chance_log = 1.0e3;         ///< -ln F; 1000: no decoy scores at all
+  double view_log = 0.0;             ///< of the boulders in view, as in Evidence
   double beyond_decoys = 1.0e3;  ///< the same without the volumes: how far it is before all decoys together
   double theta = 1.0;
 };

@@ -49,6 +49,7 @@ const char* words_of(MapFixStatus status) {
     case MapFixStatus::kInconsistent: return "what agrees is not where the prior says";
     case MapFixStatus::kTooLittleEvidence: return "unrelated boulders could agree as well by chance";
     case MapFixStatus::kAmbiguous: return "another pose agrees nearly as well";
+    case MapFixStatus::kViewDisagrees: return "boulders in view agree with nothing";
     case MapFixStatus::kChanceAgreement: return "this map agrees as well at poses that are wrong";
     case MapFixStatus::kWeakGeometry: return "the boulders that agree leave the pose too uncertain";
     case MapFixStatus::kIdle:

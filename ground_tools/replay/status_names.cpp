@@ -76,7 +76,8 @@ std::string map_fix_status_name(std::uint8_t value) {
                                       "ambiguous",
                                       "chance_agreement",
                                       "weak_geometry",
-                                      "bad_input"};
+                                      "bad_input",
+                                      "view_disagrees"};
   return pick<kMapFixStatusCount>(names, value);
 }
 

@@ -18,7 +18,7 @@ const Run = (() => {
     beyond_limit: 'not used: the correction would be implausibly large',
     bad_input: 'not used: bad input',
     late: 'not used: not ready in time',
-    inconsistent: 'not used: farther off than the believed uncertainty allows',
+    inconsistent: 'not used: farther off than the believed uncertainty allows, or the rover slipped',
     no_search_room: 'not used: too many boulders of the map to search among',
     no_hypothesis: 'not used: no pose in reach agrees with the map',
     too_little_evidence: 'not used: unrelated boulders could agree as well',

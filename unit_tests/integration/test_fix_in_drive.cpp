@@ -379,6 +379,46 @@ void test_a_doubted_step_tears_the_local_map(void**) {
   }
 }
 
+/// A slip that nothing tells of: what is in view lies aside of what the boulders before agree with. The
+/// fix is not used, the pose stands, unconfirmed and as uncertain as after frames without VO, and the next
+/// local map is of what is in view alone.
+void test_a_slip_is_seen_in_what_is_in_view(void**) {
+  static LocalMap before;
+  static LocalMap after;
+  static BoulderSightings in_view;
+  for (const bool slipped : {false, true}) {
+    init(eager());
+    start(0, 0.02, 0.004);
+    run(0, 10);
+    localizer.tracks().build(before);
+    frame(localizer, Pair());
+    in_view.clear();
+    for (const LocalBoulder& b : before) {
+      BoulderSighting s;
+      s.p_site_m =
+          Vec3(b.p_site_m.x() + (slipped ? 0.61 : 0.0), b.p_site_m.y() + (slipped ? 0.37 : 0.0), 0.0);
+      s.diameter_m = b.diameter_m;
+      s.range_m = 2.0F;
+      if (!in_view.push_back(s)) break;
+    }
+    localizer.tracks().start(in_view, localizer.frame());
+    WorkBudget all = WorkBudget::unlimited();
+    assert_status(localizer.tracks().step(all), Progress::kDone);
+    const Pose3 pose = localizer.T_map_rover();
+    assert_status(fix(localizer), slipped ? FixStatus::kInconsistent : FixStatus::kApplied);
+    localizer.tracks().build(after);
+    if (!slipped) {
+      assert_at_most(localizer.fusion().sigma_xy_m(), 0.2);
+      continue;
+    }
+    assert_near((localizer.T_map_rover().t - pose.t).norm(), 0.0, 0.0);
+    assert_status(localizer.trust(), Trust::kUnconfirmed);
+    assert_at_least(localizer.fusion().sigma_xy_m(), 1.0);
+    assert_true(!after.empty() && after.size() <= in_view.size());
+    for (const LocalBoulder& b : after) assert_true(b.in_view);
+  }
+}
+
 int open_sample(void**) {
   data = ground::Dataset::open(kSample);
   std::vector<ground::TableBoulder> rocks = true_rocks(kSample);
@@ -403,6 +443,7 @@ int main() {
       cmocka_unit_test(test_rates_act_on_the_pose),
       cmocka_unit_test(test_a_new_map_ends_an_open_fix),
       cmocka_unit_test(test_a_doubted_step_tears_the_local_map),
+      cmocka_unit_test(test_a_slip_is_seen_in_what_is_in_view),
   };
   return cmocka_run_group_tests_name("integration/fix_in_drive", tests, open_sample, nullptr);
 }

@@ -201,6 +201,34 @@ void test_all_forgotten(void**) {
   assert_int_equal(map[0].id, 2);
 }
 
+/// In view: seen in the last frame that was taken in, whatever its number.
+void test_in_view(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}, {2.0, 0.0}}, 0xFFFFFFFEU);
+  update({{2.0, 0.0}, {3.0, 0.0}}, 1);
+  tracks.forget(7);
+  build();
+  assert_int_equal(map.size(), 3);
+  assert_false(map[0].in_view);
+  assert_true(map[1].in_view);
+  assert_true(map[2].in_view);
+}
+
+void test_what_was_seen_before_a_frame_is_forgotten(void**) {
+  tracks.init(show_all());
+  update({{1.0, 0.0}, {2.0, 0.0}}, 0xFFFFFFFEU);
+  update({{2.0, 0.0}, {3.0, 0.0}}, 1);
+  update({{4.0, 0.0}}, 4);
+  tracks.forget_before(1);
+  build();
+  assert_int_equal(map.size(), 3);
+  assert_near(map[0].p_site_m.x(), 2.0, 1e-12);
+  tracks.forget_before(2);
+  build();
+  assert_int_equal(map.size(), 1);
+  assert_near(map[0].p_site_m.x(), 4.0, 1e-12);
+}
+
 void test_votes_for_nothing(void**) {
   TrackParams p = show_all();
   p.window_frames = 5;
@@ -418,6 +446,8 @@ int main() {
       cmocka_unit_test(test_window_across_the_wrap_of_the_frame_number),
       cmocka_unit_test(test_votes_after_tracks_are_forgotten),
       cmocka_unit_test(test_all_forgotten),
+      cmocka_unit_test(test_in_view),
+      cmocka_unit_test(test_what_was_seen_before_a_frame_is_forgotten),
       cmocka_unit_test(test_votes_for_nothing),
       cmocka_unit_test(test_merging_keeps_the_older),
       cmocka_unit_test(test_a_merged_boulder_was_seen_when_either_was),

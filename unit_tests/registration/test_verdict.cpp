@@ -463,6 +463,61 @@ void test_each_verdict(void**) {
   assert_status(judge(params, e, -1e3, prior, none).status, VerdictStatus::kInconsistentWithPrior);
 }
 
+/// Boulders in view that are unrelated to the map, where those before agree: likelier the more they are.
+/// Where all agree alike it speaks for the pose; with none in view it tells nothing.
+void test_boulders_in_view(void**) {
+  Random random(77);
+  const PosePrior prior = prior_of(0.1, 0.02, kTruth);
+  const VerdictParams params;
+  const auto view_log = [&](int truths, int others, int true_ones_in_view, int others_in_view) {
+    lay(random, 1.0, truths, others, 0.04);
+    for (int i = 0; i < truths + others; ++i)
+      local_map[static_cast<std::size_t>(i)].in_view =
+          i < truths ? i < true_ones_in_view : i - truths < others_in_view;
+    weigh(EvidenceParams(), prior, kTruth);
+    return job.result();
+  };
+  const auto judged = [&](const Evidence& e) {
+    Decoys none;
+    none.log_volume = 1.0;
+    return judge(params, e, -1e3, prior, none);
+  };
+  const Evidence slipped = view_log(14, 12, 0, 12);
+  assert_true(slipped.view_log > params.view_limit);
+  assert_status(judged(slipped).status, VerdictStatus::kViewDisagrees);
+  assert_near(judged(slipped).view_log, slipped.view_log, 0.0);
+  assert_true(view_log(14, 6, 0, 6).view_log < slipped.view_log);
+  const Evidence mixed = view_log(14, 8, 6, 4);
+  assert_true(mixed.view_log < 0.0);
+  assert_status(judged(mixed).status, VerdictStatus::kAccepted);
+  assert_near(view_log(14, 8, 0, 0).view_log, 0.0, 0.0);
+  const Evidence all = view_log(14, 8, 14, 8);
+  assert_near(all.view_log, -all.S, 1e-12);
+}
+
+/// Where the boulders in view are the map's as those before are, a ratio against them of t has a probability
+/// of e^-t at most: Markov's inequality, over shares as the verdict has them.
+void test_view_log_is_a_bound(void**) {
+  Random random(78);
+  const PosePrior prior = prior_of(0.1, 0.02, kTruth);
+  constexpr int kTrials = 2000;
+  constexpr double kShares[] = {0.25, 0.5, 0.75, 0.92};
+  int beyond[3] = {};
+  for (int k = 0; k < kTrials; ++k) {
+    int truths = 0;
+    const double share = kShares[k % 4];
+    for (int i = 0; i < 18; ++i) truths += uniform(random, 0.0, 1.0) < share ? 1 : 0;
+    lay(random, 1.0, truths, 18 - truths, 0.05);
+    for (LocalBoulder& b : local_map) b.in_view = uniform(random, 0.0, 1.0) < 0.4;
+    weigh(EvidenceParams(), prior, kTruth);
+    for (int t = 1; t <= 3; ++t) beyond[t - 1] += job.result().view_log > t ? 1 : 0;
+  }
+  for (int t = 1; t <= 3; ++t) {
+    const double most = kTrials * std::exp(-t);
+    assert_true(beyond[t - 1] <= most + 3.0 * std::sqrt(most));
+  }
+}
+
 /// Decoys that score as scattered boulders do change nothing; one that scores as well, or many that show a
 /// long tail, do.
 void test_decoys(void**) {
@@ -507,6 +562,8 @@ int main() {
       cmocka_unit_test(test_density_is_local),
       cmocka_unit_test(test_clusters_count_for_less),
       cmocka_unit_test(test_each_verdict),
+      cmocka_unit_test(test_boulders_in_view),
+      cmocka_unit_test(test_view_log_is_a_bound),
       cmocka_unit_test(test_decoys),
   };
   return cmocka_run_group_tests_name("registration/verdict", tests, nullptr, nullptr);
