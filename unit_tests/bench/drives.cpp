@@ -81,6 +81,7 @@ void DrivenRover::lay(Rng& rng, const DriveCase& c) {
   }
   const int others = static_cast<int>(kClutter / (1.0 - kClutter) * seen * c.per_m2 * area);
   for (int i = 0; i < others; ++i) rocks_.push_back({anywhere()});
+  std::shuffle(rocks_.begin(), rocks_.end(), rng);
   encoded_.encode(map, low, high);
 }
 
@@ -185,6 +186,7 @@ void DrivenRover::begin_fix(std::uint32_t frame) {
   tracks_.forget(frame);
   tracks_.build(local_);
   fix_created_ = tracks_.created();
+  fix_frame_ = frame;
   pivot_map_m_ = T_map_rover().translation();
   fusion_.snapshot();
   trust_.snapshot();
@@ -223,6 +225,13 @@ void DrivenRover::apply_fix(DriveResult& out) {
   }
   const bool declined =
       fix_.status() == MapFixStatus::kNoHypothesis || fix_.status() == MapFixStatus::kTooLittleEvidence;
+  if (fix_.status() == MapFixStatus::kViewDisagrees) {
+    tracks_.forget_before(fix_frame_);
+    const FusionParams model;
+    const double frames = TrackParams().window_frames;
+    fusion_.doubt(frames * model.unseen_step_m, frames * model.unseen_step_rad);
+    inconsistent = true;
+  }
   const bool refuted = against_nats_ <= -kRefuted;
   if (applied || fix_lost_) {
     against_nats_ = 0.0;
@@ -256,6 +265,7 @@ DrivePose DrivenRover::pose() const {
   p.sigma_m = std::sqrt(c.trace());
   p.nees2 = off.dot(Vec2(c.inverse() * off));
   p.lost = trust_.state() == Trust::kLost;
+  p.confirmed = trust_.state() == Trust::kConfirmed;
   return p;
 }
 

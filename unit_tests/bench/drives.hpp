@@ -36,6 +36,7 @@ struct DrivePose {
   double sigma_m = 0.0;  ///< root of the trace of x and y
   double nees2 = 0.0;    ///< squared distance in sigmas, of x and y
   bool lost = false;     ///< trust says so
+  bool confirmed = false;
 };
 
 struct DriveResult {
@@ -76,6 +77,7 @@ class DrivenRover {
   Pose2 T_map_site_;
   Pose2 T_site_rover_;
   Vec2 pivot_map_m_ = Vec2(0.0, 0.0);
+  std::uint32_t fix_frame_ = 0;
   std::uint32_t fix_created_ = 0;      ///< tracks, by the snapshot, and ...
   std::uint32_t applied_created_ = 0;  ///< ... by that of the last fix applied
   bool open_ = false;
