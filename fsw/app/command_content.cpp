@@ -67,6 +67,22 @@ ContentStatus judge_prior(Command& command) {
   return small ? ContentStatus::kGood : ContentStatus::kRotation;
 }
 
+ContentStatus judge_attitude(const MeasuredAttitude& a) {
+  for (const double v :
+       {a.up_rover[0], a.up_rover[1], a.up_rover[2], a.sigma_tilt_rad, a.yaw_rad, a.sigma_yaw_rad}) {
+    const ContentStatus status = judge_number(v);
+    if (status != ContentStatus::kGood) return status;
+  }
+  const bool gravity = a.sigma_tilt_rad != 0.0;
+  const bool heading = a.sigma_yaw_rad != 0.0;
+  if (!gravity && !heading) return ContentStatus::kNothing;
+  if (gravity && !within(a.sigma_tilt_rad, kAttitudeSigma_rad)) return ContentStatus::kSigmaTilt;
+  const double length = std::sqrt(Vec3(a.up_rover[0], a.up_rover[1], a.up_rover[2]).squaredNorm());
+  if (gravity && !(std::fabs(length - 1.0) <= kUpLengthError)) return ContentStatus::kUp;
+  if (heading && !within(a.sigma_yaw_rad, kAttitudeSigma_rad)) return ContentStatus::kSigmaYaw;
+  return heading && !within(a.yaw_rad, kHeading_rad) ? ContentStatus::kHeading : ContentStatus::kGood;
+}
+
 }  // namespace
 
 ContentStatus judge_content(Command& command) {
@@ -74,6 +90,7 @@ ContentStatus judge_content(Command& command) {
     case CommandType::kSetStart: return judge_start(command);
     case CommandType::kSetTrim: return judge_trim(command);
     case CommandType::kMotionPrior: return judge_prior(command);
+    case CommandType::kAttitude: return judge_attitude(command.attitude);
     case CommandType::kLoadMap:
     case CommandType::kBeginUpload:
     case CommandType::kMapChunk:

@@ -14,7 +14,7 @@
 
 namespace cairn::app {
 
-/// Why the content of `set start`, `set trim` or `motion prior` was not accepted.
+/// Why the content of `set start`, `set trim`, `motion prior` or `attitude` was not accepted.
 enum class CAIRN_NODISCARD ContentStatus : std::uint8_t {
   kGood,
   kNotFinite,   ///< a number is NaN or infinite
@@ -30,8 +30,12 @@ enum class CAIRN_NODISCARD ContentStatus : std::uint8_t {
   kRotation,    ///< more than it turns between them
   kPairFar,     ///< of a stereo pair that is far from coming
   kPairGone,    ///< of a stereo pair that was taken, or one before it
+  kNothing,     ///< neither gravity nor heading
+  kUp,          ///< not of unit length: more than gravity, or less
+  kSigmaTilt,   ///< out of its range
+  kHeading,     ///< out of its range
 };
-inline constexpr std::size_t kContentStatusCount = 14;
+inline constexpr std::size_t kContentStatusCount = 18;
 static_assert(enum_has<ContentStatus, kContentStatusCount>());
 
 struct Range {
@@ -58,13 +62,18 @@ inline constexpr Range kTrimTurn_rad_per_m = {-StepTrim::kMostTurn_rad_per_m, St
 inline constexpr double kPriorSteps = 4.0;
 inline constexpr double kMaxPriorStep_m = kPriorSteps * cfg::kMission.max_step_m;
 inline constexpr double kMaxPriorRotation_rad = kPriorSteps * cfg::kMission.max_step_rad;
-/// Its pair is at most so many numbers ahead of the last one taken.
+/// `attitude`: as the localizer says (attitude_fusion.hpp), where the part is there at all.
+inline constexpr Range kAttitudeSigma_rad = {kLeastAttitudeSigma_rad, kMostAttitudeSigma_rad};
+/// A turn either way, so that compasses of 0 to 360 degrees and of -180 to 180 are both at home.
+inline constexpr Range kHeading_rad = {-2.0 * kPi, 2.0 * kPi};
+/// The pair of a motion prior or attitude is at most so many numbers ahead of the last one taken.
 inline constexpr std::uint32_t kMaxPairsAhead = 1000;
 
-/// Judges `set start`, `set trim` and `motion prior` (all but its pair); kGood for any other command. Makes a
-/// quaternion that is good to kMaxLengthError, but not to what is_valid(Pose3) asks for, one of unit length.
+/// Judges `set start`, `set trim`, `motion prior` and `attitude` (all but the pair); kGood for any other
+/// command. Makes a quaternion that is good to kMaxLengthError, but not to what is_valid(Pose3) asks for, one
+/// of unit length.
 ContentStatus judge_content(Command& command);
-/// Judges a motion prior's pair by the number of the last pair taken. Numbers may wrap.
+/// Judges the pair of a motion prior or attitude by the number of the last pair taken. Numbers may wrap.
 ContentStatus judge_pair(std::uint32_t pair, std::uint32_t last_taken);
 
 }  // namespace cairn::app

@@ -28,8 +28,9 @@ LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& 
   map_status_ = MapStatus::kIdle;
   order_ = CommandOrder();
   validating_ = any_pair_ = false;
-  pair_number_ = sequence_ = bad_priors_ = lost_packets_ = missed_pairs_ = 0;
+  pair_number_ = sequence_ = bad_priors_ = bad_attitudes_ = lost_packets_ = missed_pairs_ = 0;
   priors_.init();
+  attitudes_.init();
   pairs_.init();
   pair_counts_ = {};
   commands_ = {};
@@ -45,7 +46,7 @@ FlightApp::State FlightApp::cycle(std::uint32_t slice_ops) {
   hal::watchdog_kick();
   WorkBudget slice(slice_ops);
   if (executive_.busy()) {
-    if (executive_.run(localizer_, slice) == Progress::kDone) report_minor();
+    if (executive_.run(localizer_, slice) == Progress::kDone) end_minor();
     return State::kBusy;
   }
   const bool busy =
@@ -84,6 +85,7 @@ CommandStatus FlightApp::carry_out(Command& command, std::uint8_t& detail) {
     case CommandType::kSetStart: return set_start(command, detail);
     case CommandType::kSetTrim: return set_trim(command, detail);
     case CommandType::kMotionPrior: return take_prior(command, detail);
+    case CommandType::kAttitude: return take_attitude(command, detail);
     case CommandType::kLoadMap: return load_map(detail);
     case CommandType::kBeginUpload: return begin_upload(command.upload, detail);
     case CommandType::kMapChunk: return take_chunk(command, detail);
@@ -112,16 +114,33 @@ CommandStatus FlightApp::set_trim(Command& command, std::uint8_t& detail) {
   return CommandStatus::kAccepted;
 }
 
-CommandStatus FlightApp::take_prior(Command& command, std::uint8_t& detail) {
+/// What is for a pair to come.
+CommandStatus FlightApp::judge_for_pair(Command& command, std::uint8_t& detail) const {
   ContentStatus content = judge_content(command);
   if (content == ContentStatus::kGood && any_pair_) content = judge_pair(command.pair, pair_number_);
   detail = static_cast<std::uint8_t>(content);
-  if (content != ContentStatus::kGood) {
+  if (content == ContentStatus::kGood) return CommandStatus::kAccepted;
+  return content == ContentStatus::kPairGone ? CommandStatus::kStale : CommandStatus::kRefused;
+}
+
+CommandStatus FlightApp::take_prior(Command& command, std::uint8_t& detail) {
+  const CommandStatus status = judge_for_pair(command, detail);
+  if (status == CommandStatus::kAccepted) {
+    priors_.put(command.pair, command.pose);
+  } else {
     ++bad_priors_;
-    return content == ContentStatus::kPairGone ? CommandStatus::kStale : CommandStatus::kRefused;
   }
-  priors_.put(command.pair, command.pose);
-  return CommandStatus::kAccepted;
+  return status;
+}
+
+CommandStatus FlightApp::take_attitude(Command& command, std::uint8_t& detail) {
+  const CommandStatus status = judge_for_pair(command, detail);
+  if (status == CommandStatus::kAccepted) {
+    attitudes_.put(command.pair, command.attitude);
+  } else {
+    ++bad_attitudes_;
+  }
+  return status;
 }
 
 CommandStatus FlightApp::load_map(std::uint8_t& detail) {
@@ -212,7 +231,10 @@ bool FlightApp::take_pair() {
   const PairStatus order = pairs_.judge(info.number, info.t_capture_us);
   ++pair_counts_[static_cast<std::size_t>(order)];
   if (!to_be_used(order)) return true;
-  if (order == PairStatus::kRenumbered) priors_.let_go_all();
+  if (order == PairStatus::kRenumbered) {
+    priors_.let_go_all();
+    attitudes_.let_go_all();
+  }
   miss_pairs(info.number);
   any_pair_ = true;
   pair_number_ = info.number;
@@ -238,8 +260,7 @@ bool FlightApp::rectify_pair(WorkBudget& slice) {
 void FlightApp::begin_pair(const ImageU8& left, const ImageU8& right) {
   const LocalizerStatus status = executive_.begin_minor(localizer_, left, right, priors_.of(pair_number_));
   priors_.let_go(pair_number_);
-  if (status != LocalizerStatus::kReady)
-    report_minor();  // no start pose: the report says so, and nothing moves
+  if (status != LocalizerStatus::kReady) end_minor();  // no start pose: the report says so, and nothing moves
 }
 
 void FlightApp::miss_pairs(std::uint32_t number) {
@@ -249,6 +270,22 @@ void FlightApp::miss_pairs(std::uint32_t number) {
   missed_pairs_ += missed;
   localizer_.miss(missed - last_few, nullptr);
   for (std::uint32_t i = last_few; i > 0; --i) localizer_.miss(1, priors_.of(number - i));
+}
+
+/// An attitude is taken after all else, so that the result is the same however the work is sliced. Where VO
+/// goes on in the next minor frame it waits with the pair.
+void FlightApp::end_minor() {
+  if (!localizer_.vo_open()) {
+    if (const MeasuredAttitude* a = attitudes_.of(pair_number_)) {
+      // What becomes of them is in the localizer's counts and in the report.
+      if (a->sigma_tilt_rad > 0.0)
+        (void)localizer_.take_gravity(Vec3(a->up_rover[0], a->up_rover[1], a->up_rover[2]),
+                                      a->sigma_tilt_rad);
+      if (a->sigma_yaw_rad > 0.0) (void)localizer_.take_heading(a->yaw_rad, a->sigma_yaw_rad);
+    }
+    attitudes_.let_go(pair_number_);
+  }
+  report_minor();
 }
 
 void FlightApp::report_minor() {
@@ -264,10 +301,14 @@ void FlightApp::report_minor() {
   r.boulder_status = static_cast<std::uint8_t>(localizer_.observer().status());
   r.watch = static_cast<std::uint8_t>(localizer_.watch());
   r.trust = static_cast<std::uint8_t>(localizer_.trust());
+  r.gravity = static_cast<std::uint8_t>(localizer_.gravity_status());
+  r.heading = static_cast<std::uint8_t>(localizer_.heading_status());
   r.T_map_cam_vo = localizer_.vo_T_map_cam();
   r.T_map_cam = localizer_.T_map_cam();
   r.sigma_xy_m = static_cast<float>(localizer_.fusion().sigma_xy_m());
   r.sigma_yaw_rad = static_cast<float>(localizer_.fusion().sigma_yaw_rad());
+  r.sigma_tilt_rad = static_cast<float>(localizer_.tilt().sigma_tilt_rad());
+  r.sigma_z_m = static_cast<float>(localizer_.tilt().sigma_z_m());
   r.features_left = static_cast<std::uint16_t>(vo.features_left);
   r.features_right = static_cast<std::uint16_t>(vo.features_right);
   r.stereo = static_cast<std::uint16_t>(vo.stereo);
@@ -333,6 +374,8 @@ void FlightApp::report_health() {
   r.watch = health.watch;
   r.boulders = health.boulders;
   r.fixes = health.fixes;
+  r.gravity = health.gravity;
+  r.headings = health.headings;
   r.overruns = executive_.counts().overruns;
   r.extrapolated = health.extrapolated;
   r.abandoned_boulders = health.abandoned_boulders;
@@ -341,6 +384,7 @@ void FlightApp::report_health() {
   r.pairs = pair_counts_;
   r.missed_pairs = missed_pairs_;
   r.bad_priors = health.bad_priors + bad_priors_ + priors_.unused();
+  r.bad_attitudes = bad_attitudes_ + attitudes_.unused();
   r.commands = commands_;
   r.lost_packets = lost_packets_;
   r.map_status = static_cast<std::uint8_t>(map_status_);

@@ -27,7 +27,7 @@
 #include "app/command_content.hpp"
 #include "app/command_order.hpp"
 #include "app/executive.hpp"
-#include "app/motion_priors.hpp"
+#include "app/pair_input.hpp"
 #include "app/pair_order.hpp"
 #include "app/pair_rectifier.hpp"
 #include "app/telecommand.hpp"
@@ -59,7 +59,9 @@ class FlightApp {
   CommandStatus carry_out(Command& command, std::uint8_t& detail);
   CommandStatus set_start(Command& command, std::uint8_t& detail);
   CommandStatus set_trim(Command& command, std::uint8_t& detail);
+  CommandStatus judge_for_pair(Command& command, std::uint8_t& detail) const;
   CommandStatus take_prior(Command& command, std::uint8_t& detail);
+  CommandStatus take_attitude(Command& command, std::uint8_t& detail);
   CommandStatus load_map(std::uint8_t& detail);
   CommandStatus begin_upload(const UploadPlan& plan, std::uint8_t& detail);
   CommandStatus take_chunk(const Command& command, std::uint8_t& detail);
@@ -71,6 +73,7 @@ class FlightApp {
   void begin_pair(const ImageU8& left, const ImageU8& right);
   /// Tells the localizer of the pairs that never came before this one, with the priors that there are.
   void miss_pairs(std::uint32_t number);
+  void end_minor();
   void report_minor();
   void report_fix();
   void report_health();
@@ -86,6 +89,7 @@ class FlightApp {
   MapTransfer transfer_;
   CommandOrder order_;
   MotionPriors priors_;
+  Attitudes attitudes_;
   PairOrder pairs_;
   PairRectifier rectifier_;
   std::array<std::uint32_t, kPairStatusCount> pair_counts_{};  ///< by PairStatus
@@ -95,6 +99,7 @@ class FlightApp {
   std::uint64_t pair_time_us_ = 0;
   std::uint32_t sequence_ = 0;
   std::uint32_t bad_priors_ = 0;
+  std::uint32_t bad_attitudes_ = 0;
   std::array<std::uint32_t, kCommandStatusCount> commands_{};  ///< by CommandStatus
   std::uint32_t lost_packets_ = 0;
   Packet packet_;

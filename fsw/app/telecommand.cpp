@@ -26,6 +26,13 @@ bool walk(Walker& w, C& c) {
       w.field(c.upload.chunk_bytes);
       return true;
     case CommandType::kUseUpload: w.field(c.upload.id); return true;
+    case CommandType::kAttitude:
+      w.field(c.pair);
+      w.field(c.attitude.up_rover);
+      w.field(c.attitude.sigma_tilt_rad);
+      w.field(c.attitude.yaw_rad);
+      w.field(c.attitude.sigma_yaw_rad);
+      return true;
     case CommandType::kMapChunk: break;  // of no fixed size
   }
   return false;

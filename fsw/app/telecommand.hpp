@@ -23,17 +23,27 @@ enum class CommandType : std::uint8_t {
   kMapChunk = 6,      ///< one chunk (orbital_map/map_transfer.hpp), 11 bytes or more
   kUseUpload = 7,     ///< id u32: switch to the map that was uploaded and verified
   kReportUpload = 8,  ///< no body: send an upload report
+  kAttitude = 9,      ///< pair u32, up f64 x 3, sigma f64, yaw f64, sigma f64: measured where it was taken
 };
-inline constexpr std::size_t kCommandTypeCount = 8;  ///< from 1
+inline constexpr std::size_t kCommandTypeCount = 9;  ///< from 1
+
+/// What accelerometers and a sun sensor say of the rover; a part whose sigma is 0 was not measured.
+struct MeasuredAttitude {
+  std::array<double, 3> up_rover{};  ///< away from gravity, unit length, while the rover stood
+  double sigma_tilt_rad = 0.0;       ///< of it, about any horizontal axis
+  double yaw_rad = 0.0;              ///< of the rover in `map`
+  double sigma_yaw_rad = 0.0;
+};
 
 struct Command {
   CommandType type = CommandType::kLoadMap;
   std::uint32_t sequence = 0;
-  std::uint32_t crc = 0;                ///< of its packet, as decode() found it: tells contents apart
-  std::uint32_t pair = 0;               ///< kMotionPrior: number of the stereo pair at the end of the motion
-  Pose3 pose;                           ///< kSetStart, kMotionPrior; as it came (app/command_content.hpp)
-  std::array<double, 2> number{};       ///< kSetStart: sigmas; kSetTrim: scale, yaw
-  UploadPlan upload;                    ///< kBeginUpload; kUseUpload: its id
+  std::uint32_t crc = 0;           ///< of its packet, as decode() found it: tells contents apart
+  std::uint32_t pair = 0;          ///< kMotionPrior: of the stereo pair at the end of the motion; kAttitude
+  Pose3 pose;                      ///< kSetStart, kMotionPrior; as it came (app/command_content.hpp)
+  std::array<double, 2> number{};  ///< kSetStart: sigmas; kSetTrim: scale, yaw
+  MeasuredAttitude attitude;       ///< kAttitude
+  UploadPlan upload;               ///< kBeginUpload; kUseUpload: its id
   const std::uint8_t* chunk = nullptr;  ///< kMapChunk: inside the packet, which decode() borrows
   std::size_t chunk_bytes = 0;
 };

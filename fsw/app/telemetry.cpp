@@ -16,10 +16,14 @@ void walk(Walker& w, Report& r, const FrameReport*) {
   w.field(r.boulder_status);
   w.field(r.watch);
   w.field(r.trust);
+  w.field(r.gravity);
+  w.field(r.heading);
   w.field(r.T_map_cam_vo);
   w.field(r.T_map_cam);
   w.field(r.sigma_xy_m);
   w.field(r.sigma_yaw_rad);
+  w.field(r.sigma_tilt_rad);
+  w.field(r.sigma_z_m);
   w.field(r.features_left);
   w.field(r.features_right);
   w.field(r.stereo);
@@ -94,6 +98,8 @@ void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.watch);
   w.field(r.boulders);
   w.field(r.fixes);
+  w.field(r.gravity);
+  w.field(r.headings);
   w.field(r.overruns);
   w.field(r.extrapolated);
   w.field(r.abandoned_boulders);
@@ -102,6 +108,7 @@ void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.pairs);
   w.field(r.missed_pairs);
   w.field(r.bad_priors);
+  w.field(r.bad_attitudes);
   w.field(r.commands);
   w.field(r.lost_packets);
   w.field(r.map_status);

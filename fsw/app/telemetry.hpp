@@ -38,12 +38,17 @@ struct FrameReport {
   std::uint8_t vo_status = 0;      ///< `VoStatus`
   /// `ObserveStatus`; 0: not observed, since VO held the pose; 1: not finished in time
   std::uint8_t boulder_status = 0;
-  std::uint8_t watch = 0;              ///< `WatchStatus`: what speaks against VO
-  std::uint8_t trust = 0;              ///< `Trust`
+  std::uint8_t watch = 0;    ///< `WatchStatus`: what speaks against VO
+  std::uint8_t trust = 0;    ///< `Trust`
+  std::uint8_t gravity = 0;  ///< `AttitudeStatus` of what came for this pair
+  /// `AttitudeStatus` of what came for this pair, or became in it of a heading that waited
+  std::uint8_t heading = 0;
   Pose3 T_map_cam_vo;                  ///< left camera, VO alone
   Pose3 T_map_cam;                     ///< left camera, corrected
   float sigma_xy_m = 0.0F;             ///< standard deviation of the corrected x and y, each
   float sigma_yaw_rad = 0.0F;          ///< and of its yaw
+  float sigma_tilt_rad = 0.0F;         ///< of its turn about any horizontal axis
+  float sigma_z_m = 0.0F;              ///< of its height, since the start
   std::uint16_t features_left = 0;     ///< found in the left image
   std::uint16_t features_right = 0;    ///< in the right one
   std::uint16_t stereo = 0;            ///< points with a disparity
@@ -111,8 +116,8 @@ struct AckReport {
   std::uint32_t command_sequence = 0;  ///< of the command; 0 for a packet that could not be read
   std::uint8_t command_type = 0;       ///< the same
   std::uint8_t status = 0;             ///< `CommandStatus`
-  /// set start, set trim, motion prior: `ContentStatus`; load map: `MapStatus`; begin upload: `BeginStatus`;
-  /// map chunk: `ChunkStatus`; use upload: `TransferStatus` after it; else 0
+  /// set start, set trim, motion prior, attitude: `ContentStatus`; load map: `MapStatus`; begin upload:
+  /// `BeginStatus`; map chunk: `ChunkStatus`; use upload: `TransferStatus` after it; else 0
   std::uint8_t detail = 0;
   /// sequence of the newest command of this type that was accepted; 0 where there is none, and for types
   /// without an order
@@ -127,16 +132,21 @@ struct HealthReport {
   std::array<std::uint32_t, kWatchStatusCount> watch{};       ///< by `WatchStatus`
   std::array<std::uint32_t, kObserveStatusCount> boulders{};  ///< by `ObserveStatus`
   std::array<std::uint32_t, kFixStatusCount> fixes{};         ///< by `FixStatus`
-  std::array<std::uint32_t, cfg::kTaskCount> overruns{};      ///< by `Task`
-  std::uint32_t extrapolated = 0;                             ///< frames moved without a motion from VO
-  std::uint32_t abandoned_boulders = 0;                 ///< frames whose boulders were not finished in time
-  std::uint32_t dropped_tracks = 0;                     ///< sightings without room for a track
-  std::uint32_t dropped_pairs = 0;                      ///< pairs that came while VO was at the one before
-  std::array<std::uint32_t, kPairStatusCount> pairs{};  ///< by `PairStatus`
+  std::array<std::uint32_t, kAttitudeStatusCount> gravity{};  ///< measured, by `AttitudeStatus`
+  /// by `AttitudeStatus`; one that waited counts as that, and by what became of it
+  std::array<std::uint32_t, kAttitudeStatusCount> headings{};
+  std::array<std::uint32_t, cfg::kTaskCount> overruns{};  ///< by `Task`
+  std::uint32_t extrapolated = 0;                         ///< frames moved without a motion from VO
+  std::uint32_t abandoned_boulders = 0;                   ///< frames whose boulders were not finished in time
+  std::uint32_t dropped_tracks = 0;                       ///< sightings without room for a track
+  std::uint32_t dropped_pairs = 0;                        ///< pairs that came while VO was at the one before
+  std::array<std::uint32_t, kPairStatusCount> pairs{};    ///< by `PairStatus`
   /// pairs that never came, by the numbers of those that did; dropped ones, too
   std::uint32_t missed_pairs = 0;
   /// motion priors that were refused, came too late, or whose pair never came
   std::uint32_t bad_priors = 0;
+  /// attitudes that were refused, came too late, or whose pair never came
+  std::uint32_t bad_attitudes = 0;
   std::array<std::uint32_t, kCommandStatusCount> commands{};  ///< by `CommandStatus`
   std::uint32_t lost_packets = 0;                             ///< telemetry that the link had no room for
   /// `MapStatus` of the last validation, by `load map` or of an upload that is in use

@@ -121,14 +121,16 @@ def telecommands(texts):
     numbers = {name: number for number, name in enumerations(texts)["CommandType"]}
     known = constants(texts)
     fields = members(structs(texts[TELECOMMAND + ".hpp"])["Command"], known)
-    upload = members(next(structs(t)["UploadPlan"] for t in texts.values() if "UploadPlan" in structs(t)), known)
+    parts = {part: members(next((structs(t)[name] for t in texts.values() if name in structs(t)), ""), known)
+             for part, name in (("upload", "UploadPlan"), ("attitude", "MeasuredAttitude"))}
     body = re.search(r"switch \(c\.type\) {\n(.*?)^  }", texts[TELECOMMAND + ".cpp"], re.M | re.S).group(1)
     found, open_cases, sizes = {}, [], []
     for case, path, end in re.findall(r"case CommandType::(\w+):|w\.field\(c\.([\w.]+)\);|(return true|break);", bare(body)):
         if case:
             open_cases.append(case)
         elif path:
-            kind, size, _ = (upload if path.startswith("upload.") else fields)[path.split(".")[-1]]
+            part, _, name = path.rpartition(".")
+            kind, size, _ = (parts[part] if part else fields)[name]
             item, _, count = kind.partition(" x ")
             count = int(count or 1)
             sizes += [(item, size // count)] * count

@@ -46,6 +46,7 @@ struct RunOptions {
   bool lost = false;
   std::string degrade;
   fs::path mask;
+  fs::path attitude;
   bool no_map = false;
   bool salvage = false;
   bool paper = false;
@@ -183,6 +184,7 @@ void run(RunOptions options) {
     replay_options.start_sigma_xy_m = Localizer::kUnknownStart_m;
     replay_options.start_sigma_yaw_rad = kPi;
   }
+  if (!options.attitude.empty()) replay_options.attitudes = read_attitudes(options.attitude);
   if (!options.degrade.empty()) replay_options.trim = parse_degrade(options.degrade);
   RunTitle title;
   title.dataset = options.simulate ? options.scene.string() : options.dataset.string();
@@ -270,6 +272,8 @@ void add_run_command(CLI::App& app) {
                     "the start is not known: looked for in the whole map, at any heading");
   command->add_option("--mask", options->mask,
                       "picture, white where the left camera sees the rover itself (default: the mission's)");
+  command->add_option("--attitude", options->attitude,
+                      "table of gravity and headings that were measured (doc/guide/drives.md)");
   command->add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");
   command->add_flag("--paper", options->paper, "use the paper's own choices throughout");
   command

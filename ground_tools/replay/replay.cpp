@@ -105,6 +105,14 @@ Pose3 start_pose(const Drive& drive, const ReplayOptions& options, const StereoR
   throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw", drive.name());
 }
 
+void check_frames(const Drive& drive, const AttitudeTable& attitudes) {
+  AttitudeTable rest = attitudes;
+  for (std::size_t i = 0; i < drive.size(); ++i) rest.erase(static_cast<std::uint32_t>(drive.tag(i).number));
+  if (rest.empty()) return;
+  throw ToolError("--attitude: frame {} is not in {}; its frames are {} to {}", rest.begin()->first,
+                  drive.name(), drive.tag(0).number, drive.tag(drive.size() - 1).number);
+}
+
 /// A picture for the camera; empty where there is no image.
 host::Picture picture_of(Image& image, Replay& replay) {
   if (image.pixels.empty()) ++replay.unreadable_images;
@@ -133,6 +141,7 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
         "{}: images of {} x {} are larger than the {} x {} of mission '{}'; build with another MISSION",
         drive.name(), rig.width_px, rig.height_px, cfg::kImageWidth, cfg::kImageHeight, cfg::kMission.name);
   }
+  check_frames(drive, options.attitudes);
   Replay replay;
   Receiver receiver(replay);
   host::reset();
@@ -168,8 +177,18 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
     run_until_idle(options.slice_ops);
   }
 
+  app::Command attitude;
+  attitude.type = app::CommandType::kAttitude;
   for (std::size_t i = options.first_frame; i < end; ++i) {
     const FrameTag frame = drive.tag(i);
+    const auto measured = options.attitudes.find(static_cast<std::uint32_t>(frame.number));
+    if (measured != options.attitudes.end()) {
+      ++attitude.sequence;
+      attitude.pair = measured->first;
+      attitude.attitude = measured->second;
+      command(attitude);
+      run_until_idle(options.slice_ops);
+    }
     PairImages pair = drive.images(i);
     replay.warnings.insert(replay.warnings.end(), pair.faults.begin(), pair.faults.end());
     const host::Picture left = picture_of(pair.left, replay);

@@ -12,6 +12,7 @@
 #include "dataset/drive.hpp"
 #include "dataset/trajectory.hpp"
 #include "platform/host/host_hal.hpp"
+#include "replay/attitude_file.hpp"
 
 namespace cairn::ground {
 
@@ -39,6 +40,7 @@ struct ReplayOptions {
   double start_sigma_xy_m = 0.05;     ///< what the start is uncertain by, each of x and y; and ...
   double start_sigma_yaw_rad = 0.01;  ///< ... its yaw. From Localizer::kUnknownStart_m on: lost
   StepTrim trim;                      ///< worsens the VO steps (--degrade)
+  AttitudeTable attitudes;            ///< measured: each is sent before its pair
   std::size_t first_frame = 0;        ///< index into the drive's frames
   std::size_t end_frame = SIZE_MAX;   ///< one past the last
   std::uint32_t slice_ops = cfg::kSliceOps;

@@ -64,19 +64,21 @@ double ms_of(const ReplayFrame& frame, std::initializer_list<cfg::Task> tasks) {
 
 std::string frames_csv(const Replay& replay) {
   std::string text =
-      "frame,stamp_s,pair,missed_pairs,pose,watch,vo,boulder_search,trust,features,stereo,matches,own_points,inliers,rms_px,"
-      "regions,evident_regions,boulders,boulders_matched,sigma_xy_m,sigma_yaw_deg,vo_ops,boulder_ops,fix_ops,vo_ms,boulder_ms,fix_ms,"
+      "frame,stamp_s,pair,missed_pairs,pose,watch,vo,boulder_search,trust,gravity,heading,features,stereo,matches,own_points,inliers,rms_px,"
+      "regions,evident_regions,boulders,boulders_matched,sigma_xy_m,sigma_yaw_deg,sigma_tilt_deg,sigma_z_m,vo_ops,boulder_ops,fix_ops,vo_ms,boulder_ms,fix_ms,"
       "ms\n";
   for (std::size_t i = 0; i < replay.frames.size(); ++i) {
     const ReplayFrame& f = replay.frames[i];
     const app::FrameReport& r = f.report;
     text += fmt::format(
-        "{},{:.9f},{},{},{},{},{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{:.5f},{:.5f},{},{},{},", r.number,
-        replay.vo[i].stamp_s, pair_status_name(r.pair_status), r.missed_pairs,
+        "{},{:.9f},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{:.5f},{:.5f},{:.5f},{:.5f},{},{},{},",
+        r.number, replay.vo[i].stamp_s, pair_status_name(r.pair_status), r.missed_pairs,
         pose_source_name(r.pose_source), watch_status_name(r.watch), vo_status_name(r.vo_status),
-        observe_status_name(r.boulder_status), trust_name(r.trust), r.features_left, r.stereo, r.matches,
-        r.own_points, r.inliers, r.rms_px, r.regions, r.evident_regions, r.boulders, r.boulders_matched,
-        r.sigma_xy_m, r.sigma_yaw_rad * static_cast<float>(kDegPerRad), r.vo_ops, r.boulder_ops, r.fix_ops);
+        observe_status_name(r.boulder_status), trust_name(r.trust), attitude_status_name(r.gravity),
+        attitude_status_name(r.heading), r.features_left, r.stereo, r.matches, r.own_points, r.inliers,
+        r.rms_px, r.regions, r.evident_regions, r.boulders, r.boulders_matched, r.sigma_xy_m,
+        r.sigma_yaw_rad * static_cast<float>(kDegPerRad), r.sigma_tilt_rad * static_cast<float>(kDegPerRad),
+        r.sigma_z_m, r.vo_ops, r.boulder_ops, r.fix_ops);
     text += fmt::format(
         "{:.3f},{:.3f},{:.3f},{:.3f}\n", ms_of(f, {cfg::Task::kVo}), ms_of(f, {cfg::Task::kBoulders}),
         ms_of(f, {cfg::Task::kFixBegin, cfg::Task::kFix, cfg::Task::kFixApply}), 1.0e3 * f.seconds);

@@ -86,6 +86,12 @@ std::string watch_status_name(std::uint8_t value) {
   return pick<kWatchStatusCount>(names, value);
 }
 
+std::string attitude_status_name(std::uint8_t value) {
+  static const char* const names[] = {"none",         "fused",   "waiting", "passed_over",
+                                      "inconsistent", "no_pose", "paper",   "bad_input"};
+  return pick<kAttitudeStatusCount>(names, value);
+}
+
 std::string trust_name(std::uint8_t value) {
   static const char* const names[] = {"confirmed", "coasting", "unconfirmed", "lost"};
   return pick<kTrustStates>(names, value);

@@ -152,6 +152,8 @@ ordered_json summary_json(const RunTitle& title, const Replay& replay, const Run
   s["counts"]["vo"] = counts_json(replay.health.vo, vo_status_name);
   s["counts"]["boulders"] = counts_json(replay.health.boulders, observe_status_name);
   s["counts"]["fixes"] = counts_json(replay.health.fixes, fix_status_name);
+  s["counts"]["gravity"] = counts_json(replay.health.gravity, attitude_status_name);
+  s["counts"]["headings"] = counts_json(replay.health.headings, attitude_status_name);
   s["counts"]["overruns"] = counts_json(replay.executive.overruns, task_name);
   s["counts"]["unreadable_images"] = replay.unreadable_images;
   s["counts"]["extrapolated"] = replay.health.extrapolated;
@@ -187,6 +189,17 @@ void print_table(const Replay& replay, const RunErrors& errors) {
   }
   fmt::print("{} frames, {} fixes applied of {}, {} ground boulders\n", replay.frames.size(), applied,
              replay.fixes.size(), replay.boulders.size());
+  const auto count = [](const auto& of, AttitudeStatus status) {
+    return of[static_cast<std::size_t>(status)];
+  };
+  const LocalizerHealth& h = replay.health;
+  std::uint32_t attitudes = 0;
+  for (std::size_t i = 0; i < kAttitudeStatusCount; ++i) attitudes += h.gravity[i] + h.headings[i];
+  if (attitudes > 0)
+    fmt::print(
+        "attitudes: gravity taken {} times, inconsistent {}; headings taken {} times, inconsistent {}\n",
+        count(h.gravity, AttitudeStatus::kFused), count(h.gravity, AttitudeStatus::kInconsistent),
+        count(h.headings, AttitudeStatus::kFused), count(h.headings, AttitudeStatus::kInconsistent));
   if (!vo || !corrected) {
     fmt::print("no truth in the data set: no errors are computed\n");
     return;

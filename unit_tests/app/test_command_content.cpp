@@ -34,6 +34,13 @@ Command trim() {
   return c;
 }
 
+Command attitude() {
+  Command c;
+  c.type = CommandType::kAttitude;
+  c.attitude = {{0.6, 0.0, 0.8}, 0.003, -2.0, 0.004};
+  return c;
+}
+
 /// Number `i` of a pose: x, y, z, then the quaternion.
 double& number(Pose3& pose, int i) { return i < 3 ? pose.t[i] : pose.q.coeffs()[i - 3]; }
 
@@ -44,7 +51,7 @@ void check(Command command, ContentStatus expected, Change change) {
 }
 
 void test_what_is_good_passes_unchanged(void**) {
-  for (const Command& good : {start(), prior(), trim(), Command()}) {
+  for (const Command& good : {start(), prior(), trim(), attitude(), Command()}) {
     Command c = good;
     assert_status(judge_content(c), ContentStatus::kGood);
     assert_true(c.pose.t == good.pose.t);
@@ -61,6 +68,12 @@ void test_numbers_that_are_none(void**) {
     for (int i = 0; i < 7; ++i) {
       check(start(), expected, [&](Command& c) { number(c.pose, i) = bad; });
       check(prior(), expected, [&](Command& c) { number(c.pose, i) = bad; });
+    }
+    for (int i = 0; i < 6; ++i) {
+      check(attitude(), expected, [&](Command& c) {
+        MeasuredAttitude& a = c.attitude;
+        (i < 3 ? a.up_rover[i % 3] : i == 3 ? a.sigma_tilt_rad : i == 4 ? a.yaw_rad : a.sigma_yaw_rad) = bad;
+      });
     }
     for (int i = 0; i < 2; ++i) {
       check(start(), expected, [&](Command& c) { c.number[i] = bad; });
@@ -147,6 +160,44 @@ void test_steps(void**) {
   check(prior(), ContentStatus::kStep, [&](Command& c) { c.pose.t = Vec3(most, -most, most); });
 }
 
+/// Each part by itself; one that was not measured is not judged but for numbers that are none.
+void test_attitudes(void**) {
+  const auto sigma_range = [](double MeasuredAttitude::*sigma, ContentStatus beyond) {
+    for (const double v : {kAttitudeSigma_rad.least, 0.01, kAttitudeSigma_rad.most, 0.0})
+      check(attitude(), ContentStatus::kGood, [&](Command& c) { c.attitude.*sigma = v; });
+    for (const double v :
+         {kAttitudeSigma_rad.least / kBeyond, kAttitudeSigma_rad.most * kBeyond, -0.01, 1e200})
+      check(attitude(), beyond, [&](Command& c) { c.attitude.*sigma = v; });
+  };
+  sigma_range(&MeasuredAttitude::sigma_tilt_rad, ContentStatus::kSigmaTilt);
+  sigma_range(&MeasuredAttitude::sigma_yaw_rad, ContentStatus::kSigmaYaw);
+  for (const double length : {0.9901, 1.0099})
+    check(attitude(), ContentStatus::kGood, [&](Command& c) {
+      for (double& v : c.attitude.up_rover) v *= length;
+    });
+  for (const double length : {0.0, 0.9899, 1.0101, 9.81, 1e200}) {
+    const auto longer = [&](Command& c) {
+      for (double& v : c.attitude.up_rover) v *= length;
+    };
+    check(attitude(), ContentStatus::kUp, longer);
+    check(attitude(), ContentStatus::kGood, [&](Command& c) {
+      longer(c);
+      c.attitude.sigma_tilt_rad = 0.0;
+    });
+  }
+  for (const double yaw : {-2.0 * kPi, 2.0 * kPi})
+    check(attitude(), ContentStatus::kGood, [&](Command& c) { c.attitude.yaw_rad = yaw; });
+  for (const double yaw : {-2.0 * kPi * kBeyond, 2.0 * kPi * kBeyond, 90.0}) {
+    check(attitude(), ContentStatus::kHeading, [&](Command& c) { c.attitude.yaw_rad = yaw; });
+    check(attitude(), ContentStatus::kGood, [&](Command& c) {
+      c.attitude.yaw_rad = yaw;
+      c.attitude.sigma_yaw_rad = 0.0;
+    });
+  }
+  check(attitude(), ContentStatus::kNothing,
+        [](Command& c) { c.attitude.sigma_tilt_rad = c.attitude.sigma_yaw_rad = 0.0; });
+}
+
 void test_pairs(void**) {
   for (const std::uint32_t last : {0U, 1U, 500U, 0x7FFFFFFFU, 0xFFFFFFFFU}) {
     assert_status(judge_pair(last + 1U, last), ContentStatus::kGood);
@@ -169,6 +220,7 @@ int main() {
       cmocka_unit_test(test_quaternions),
       cmocka_unit_test(test_deviations_and_trims),
       cmocka_unit_test(test_steps),
+      cmocka_unit_test(test_attitudes),
       cmocka_unit_test(test_pairs),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);

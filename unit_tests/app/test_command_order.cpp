@@ -8,9 +8,9 @@ using namespace cairn::app;
 
 namespace {
 
-constexpr CommandType kOrdered[] = {CommandType::kSetStart,    CommandType::kSetTrim,
-                                    CommandType::kMotionPrior, CommandType::kLoadMap,
-                                    CommandType::kBeginUpload, CommandType::kUseUpload};
+constexpr CommandType kOrdered[] = {
+    CommandType::kSetStart,    CommandType::kSetTrim,   CommandType::kMotionPrior, CommandType::kLoadMap,
+    CommandType::kBeginUpload, CommandType::kUseUpload, CommandType::kAttitude};
 constexpr std::uint32_t kNumbers[] = {0, 1, 77, 0x7FFFFFFFU, 0x80000000U, 0xFFFFFFFEU, 0xFFFFFFFFU};
 
 Command command(CommandType type, std::uint32_t sequence, std::uint32_t crc = 5) {

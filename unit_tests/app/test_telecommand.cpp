@@ -15,9 +15,9 @@ namespace {
 
 constexpr std::uint32_t kSequence = 0x81726354U;
 const Pose3 kPose{Quat(0.5, -0.5, 0.25, 0.75), Vec3(1.5, -2.25, 1e-3)};
-constexpr std::size_t kSizes[] = {84, 28, 72, 12, 23, 29, 16, 12};  // by type, from 1
+constexpr std::size_t kSizes[] = {84, 28, 72, 12, 23, 29, 16, 12, 64};  // by type, from 1
 constexpr std::uint8_t kChunk[] = {9, 8, 7, 6, 5, 4, 3, 2, 1, 0, 10, 11, 12, 13, 14, 15, 16};
-constexpr int kLastType = 8;
+constexpr int kLastType = 9;
 
 Packet packet;
 PacketBytes damaged;
@@ -30,6 +30,7 @@ Command command(int type) {
   c.pose = kPose;
   c.number[0] = 0.05;
   c.number[1] = -0.01;
+  c.attitude = {{0.1, -0.2, 0.97}, 0.003, -1.5, 0.004};
   c.upload = {0x21, 0xA1A2A3A4U, 0xB1B2B3B4U, 0xC1C2};
   c.chunk = kChunk;
   c.chunk_bytes = sizeof kChunk;
@@ -38,11 +39,14 @@ Command command(int type) {
 
 PacketBytes bytes_of(int type) {
   PacketBytes b(static_cast<std::uint8_t>(type), kSequence);
-  if (type == 3) b.u32(0x91929394U);
+  if (type == 3 || type == 9) b.u32(0x91929394U);
   if (type == 1 || type == 3) b.pose(kPose);
   if (type == 1 || type == 2) {
     b.f64(0.05);
     b.f64(-0.01);
+  }
+  if (type == 9) {
+    for (const double v : {0.1, -0.2, 0.97, 0.003, -1.5, 0.004}) b.f64(v);
   }
   if (type == 5) b.u8(0x21);
   if (type == 5 || type == 7) b.u32(0xA1A2A3A4U);
@@ -132,7 +136,7 @@ void test_every_length_is_judged(void**) {
 }
 
 void test_unknown_types_and_versions(void**) {
-  for (const int type : {0, 9, 255}) {
+  for (const int type : {0, 10, 255}) {
     damaged = bytes_of(4);
     damaged.data()[0] = static_cast<std::uint8_t>(type);
     damaged.seal(damaged.size());
@@ -145,7 +149,7 @@ void test_unknown_types_and_versions(void**) {
 }
 
 void test_own_errors_assert(void**) {
-  assert_true(test::asserts([] { encode(command(9), packet); }));
+  assert_true(test::asserts([] { encode(command(10), packet); }));
   assert_true(test::asserts([] {  // less than a chunk with a byte in it
     Command c = command(6);
     c.chunk_bytes = 10;

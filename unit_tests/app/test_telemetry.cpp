@@ -28,10 +28,14 @@ FrameReport frame_report() {
   r.boulder_status = 0x23;
   r.watch = 0x24;
   r.trust = 0x25;
+  r.gravity = 0x26;
+  r.heading = 0x27;
   r.T_map_cam_vo = kVoPose;
   r.T_map_cam = kPose;
   r.sigma_xy_m = 0.125F;
   r.sigma_yaw_rad = -0.3F;
+  r.sigma_tilt_rad = 0.5F;
+  r.sigma_z_m = 0.75F;
   r.features_left = 0x3132;
   r.features_right = 0x3334;
   r.stereo = 0x3536;
@@ -57,11 +61,13 @@ PacketBytes frame_bytes() {
   b.u64(0x1112131415161718ULL);
   b.u8(0x19);
   b.u16(0x1A1B);
-  for (const unsigned v : {0x21U, 0x22U, 0x23U, 0x24U, 0x25U}) b.u8(v);
+  for (const unsigned v : {0x21U, 0x22U, 0x23U, 0x24U, 0x25U, 0x26U, 0x27U}) b.u8(v);
   b.pose(kVoPose);
   b.pose(kPose);
   b.f32(0.125F);
   b.f32(-0.3F);
+  b.f32(0.5F);
+  b.f32(0.75F);
   for (const unsigned v : {0x3132U, 0x3334U, 0x3536U, 0x3738U, 0x3B3CU, 0x393AU}) b.u16(v);
   b.f32(1.1F);
   for (const unsigned v : {0x4142U, 0x4344U, 0x4546U, 0x4748U}) b.u16(v);
@@ -150,6 +156,8 @@ HealthReport health_report() {
   for (std::uint32_t& v : r.watch) v = next++;
   for (std::uint32_t& v : r.boulders) v = next++;
   for (std::uint32_t& v : r.fixes) v = next++;
+  for (std::uint32_t& v : r.gravity) v = next++;
+  for (std::uint32_t& v : r.headings) v = next++;
   for (std::uint32_t& v : r.overruns) v = next++;
   r.extrapolated = next++;
   r.abandoned_boulders = next++;
@@ -158,6 +166,7 @@ HealthReport health_report() {
   for (std::uint32_t& v : r.pairs) v = next++;
   r.missed_pairs = next++;
   r.bad_priors = next++;
+  r.bad_attitudes = next++;
   for (std::uint32_t& v : r.commands) v = next++;
   r.lost_packets = next++;
   r.map_status = 0x77;
@@ -167,7 +176,7 @@ HealthReport health_report() {
 
 PacketBytes health_bytes() {
   PacketBytes b(5, kSequence);
-  for (std::uint32_t i = 1; i <= 66; ++i) b.u32(0xA0000000U + i);
+  for (std::uint32_t i = 1; i <= 83; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
   b.u32(0x01020304U);
   b.finish();
@@ -225,11 +234,11 @@ void check_round_trip(const Report& report, const PacketBytes& expected, int exp
 }
 
 void test_every_byte_is_as_the_icd_says(void**) {
-  check_round_trip(frame_report(), frame_bytes(), 1, 196);
+  check_round_trip(frame_report(), frame_bytes(), 1, 206);
   check_round_trip(fix_report(), fix_bytes(), 2, 104);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 281);
+  check_round_trip(health_report(), health_bytes(), 5, 349);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -304,9 +313,9 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FrameReport>(fix_bytes(), 104), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 281), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 349), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
-  assert_status(status_of<UploadReport>(frame_bytes(), 196), PacketStatus::kOtherType);
+  assert_status(status_of<UploadReport>(frame_bytes(), 206), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {
     damaged = ack_bytes();
     damaged.data()[0] = static_cast<std::uint8_t>(type);

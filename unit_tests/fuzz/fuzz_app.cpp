@@ -123,8 +123,10 @@ void check(const app::FrameReport& r) {
   below(r.trust, kTrustStates);
   sound(r.T_map_cam_vo);
   sound(r.T_map_cam);
-  finite(r.sigma_xy_m, r.sigma_yaw_rad, r.rms_px, r.scale, r.turn_rad_per_m);
+  finite(r.sigma_xy_m, r.sigma_yaw_rad, r.sigma_tilt_rad, r.sigma_z_m, r.rms_px, r.scale, r.turn_rad_per_m);
   CAIRN_ASSERT(r.sigma_xy_m >= 0.0F && r.sigma_yaw_rad >= 0.0F && r.rms_px >= 0.0F);
+  CAIRN_ASSERT(r.sigma_tilt_rad >= 0.0F && r.sigma_z_m >= 0.0F);
+  CAIRN_ASSERT(r.gravity < kAttitudeStatusCount && r.heading < kAttitudeStatusCount);
 }
 void check(const app::FixReport& r) {
   below(r.status, kFixStatusCount);
@@ -332,6 +334,13 @@ Bytes make_command(Session& s, Input& in) {
       c.pair = s.next_pair + static_cast<std::uint32_t>(static_cast<std::int8_t>(in.u8()));
       c.pose = pose(in);
       break;
+    case CommandType::kAttitude: {
+      c.pair = s.next_pair + static_cast<std::uint32_t>(static_cast<std::int8_t>(in.u8()));
+      const Pose3 attitude = pose(in);
+      const Vec3 up = attitude.q.conjugate() * Vec3(0.0, 0.0, 1.0);
+      c.attitude = {{up.x(), up.y(), up.z()}, number(in), number(in), number(in)};
+      break;
+    }
     case CommandType::kBeginUpload:
       s.upload = map_bytes(in);
       c.upload = {static_cast<std::uint8_t>(in.u8() & 3U), crc32(s.upload.data(), s.upload.size()),

@@ -292,11 +292,11 @@ void test_damaged_commands(void**) {
   for (std::size_t size = 1; size < good.size(); ++size) check({good.begin(), good.begin() + size});
   check(std::vector<std::uint8_t>(app::kMaxPacketBytes + 100, 7));  // more than fits: cut, and so damaged
   std::vector<std::uint8_t> unknown = packet_of(app::Command());
-  unknown[0] = 9;
+  unknown[0] = app::kCommandTypeCount + 1;
   be::put_u32(unknown.data() + 8, crc32(unknown.data(), 8));
   const app::AckReport ack = answer(unknown);
   assert_status(ack.status, CommandStatus::kUnknownType);
-  assert_int_equal(ack.command_type, 9);
+  assert_int_equal(ack.command_type, app::kCommandTypeCount + 1);
   ++bad;
   host::feed_telecommand({});  // nothing is no command
   down.run();
@@ -539,6 +539,71 @@ void test_priors_of_a_camera_that_begins_anew(void**) {
   down.run();
   assert_status(down.frames.back().pair_status, app::PairStatus::kRenumbered);
   assert_int_equal(health().bad_priors, 1);
+}
+
+app::Command attitude_command(std::uint32_t pair, std::size_t place) {
+  app::Command c;
+  c.type = CommandType::kAttitude;
+  c.pair = pair;
+  const Vec3 up = data.truth_rover(place)->q.conjugate() * Vec3(0.0, 0.0, 1.0);
+  c.attitude = {{up.x(), up.y(), up.z()}, 0.002, planar(*data.truth_rover(place)).yaw_rad, 0.002};
+  return c;
+}
+
+/// Before its pair is there nothing is corrected; with it, in the report of this pair, all is; and no more.
+void test_an_attitude_serves_the_pair_that_it_names(void**) {
+  begin_at_start();
+  take(0);
+  check_answer(attitude_command(next_number + 2, 2), CommandStatus::kAccepted, 0);
+  check_answer(attitude_command(next_number + 4, 4), CommandStatus::kAccepted, 0);
+  double sigma_rad[5] = {};
+  for (std::size_t i = 1; i < 5; ++i) {
+    const app::FrameReport& r = take(i);
+    const AttitudeStatus expected = i % 2 == 0 ? AttitudeStatus::kFused : AttitudeStatus::kNone;
+    assert_status(r.gravity, expected);
+    assert_status(r.heading, expected);
+    sigma_rad[i] = static_cast<double>(r.sigma_tilt_rad);
+  }
+  assert_at_most(sigma_rad[2], 0.8 * sigma_rad[1]);
+  // Gravity alone, and its pair is blind.
+  app::Command alone = attitude_command(next_number + 1, 5);
+  alone.attitude.sigma_yaw_rad = 0.0;
+  check_answer(alone, CommandStatus::kAccepted, 0);
+  const app::FrameReport& blind = take({}, {});
+  assert_status(blind.gravity, AttitudeStatus::kNoPose);
+  assert_status(blind.heading, AttitudeStatus::kNone);
+  const app::HealthReport h = health();
+  assert_int_equal(h.gravity[static_cast<int>(AttitudeStatus::kFused)], 2);
+  assert_int_equal(h.gravity[static_cast<int>(AttitudeStatus::kNoPose)], 1);
+  assert_int_equal(h.headings[static_cast<int>(AttitudeStatus::kFused)], 2);
+  assert_int_equal(h.bad_attitudes, 0);
+}
+
+void test_bad_attitudes_are_refused_and_counted(void**) {
+  begin_at_start();
+  take(0);
+  app::Command bad = attitude_command(next_number + 1, 1);
+  bad.attitude.up_rover[1] = kNaN;
+  check_answer(bad, CommandStatus::kRefused, app::ContentStatus::kNotFinite);
+  bad = attitude_command(next_number + 1, 1);
+  bad.attitude.sigma_tilt_rad = -0.002;
+  check_answer(bad, CommandStatus::kRefused, app::ContentStatus::kSigmaTilt);
+  check_answer(attitude_command(next_number, 0), CommandStatus::kStale, app::ContentStatus::kPairGone);
+  check_answer(attitude_command(next_number + 5000, 0), CommandStatus::kRefused,
+               app::ContentStatus::kPairFar);
+  // One that is far off is taken to the localizer, and refused there.
+  bad = attitude_command(next_number + 1, 1);
+  bad.attitude.up_rover = {{0.0, 0.6, 0.8}};
+  bad.attitude.yaw_rad += 1.0;
+  check_answer(bad, CommandStatus::kAccepted, 0);
+  const app::FrameReport& r = take(1);
+  assert_status(r.gravity, AttitudeStatus::kInconsistent);
+  assert_status(r.heading, AttitudeStatus::kInconsistent);
+  // And one whose pair never comes.
+  check_answer(attitude_command(next_number + 1, 1), CommandStatus::kAccepted, 0);
+  ++next_number;
+  check_good(2);
+  assert_int_equal(health().bad_attitudes, 5);
 }
 
 /// After a life with all sorts of faults, init() is as power-on: nothing counted, nothing that waits.
@@ -927,6 +992,8 @@ int main() {
       cmocka_unit_test(test_swapped_and_noise_pairs),
       cmocka_unit_test(test_bad_motion_priors_are_refused_and_counted),
       cmocka_unit_test(test_a_motion_prior_serves_the_pair_that_it_names),
+      cmocka_unit_test(test_an_attitude_serves_the_pair_that_it_names),
+      cmocka_unit_test(test_bad_attitudes_are_refused_and_counted),
       cmocka_unit_test(test_a_prior_passed_over_is_counted),
       cmocka_unit_test(test_priors_of_a_camera_that_begins_anew),
       cmocka_unit_test(test_init_forgets_a_busy_life),

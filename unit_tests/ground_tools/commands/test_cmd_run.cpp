@@ -190,6 +190,28 @@ void test_data_sets(void**) {
   check_refused(set() + out() + map_at("good.cmap"), "no truth to start from", "--start");
 }
 
+/// One line for each fault; what is good is taken, and told in frames.csv.
+void test_attitudes(void**) {
+  const std::string drive = set() + out() + kStart + " --no-map";
+  const std::string head = "frame,up_x,up_y,up_z,up_sigma_deg,yaw_deg,yaw_sigma_deg\n";
+  const auto table = [&](const std::string& rows) {
+    scratch.file("attitude.csv", head + rows);
+    return " --attitude " + scratch.path("attitude.csv").string();
+  };
+  check_refused(drive + table("1,0,0,9.81,0.2,,\n"), "attitude.csv:2", "divide");
+  check_refused(drive + table("1,0,0,1,,,\n"), "attitude.csv:2", "sigma is missing");
+  check_refused(drive + table("1,,,,,12,0\n"), "attitude.csv:2", "yaw_sigma_deg");
+  check_refused(drive + table("1,0,0,1,-0.2,,\n"), "attitude.csv:2", "up_sigma_deg");
+  check_refused(drive + table("1,,,,,400,0.2\n"), "attitude.csv:2", "yaw_deg");
+  check_refused(drive + table("1,,,,,,\n"), "attitude.csv:2", "leave the row out");
+  check_refused(drive + table("1,0,0,1,20,,\n1,0,0,1,20,,\n"), "attitude.csv:3", "twice");
+  check_refused(drive + table("x,0,0,1,20,,\n"), "attitude.csv:2", "stereo pair");
+  check_refused(drive + table("1,0,0,one,20,,\n"), "attitude.csv", "one");
+  check_refused(drive + table("9999,0,0,1,20,,\n"), "9999", "is not in");
+  assert_int_equal(cairn("run" + drive + table("1,0,0,1,20,,\n")), 0);
+  fs::remove_all(scratch.path("out"));
+}
+
 /// The rover in the drive's own pictures: of their size, and neither nothing nor all.
 void test_masks(void**) {
   const auto mask = [](int width, int height, int from) {
@@ -352,6 +374,7 @@ int main() {
       cmocka_unit_test(test_truth_of_another_drive_is_told),
       cmocka_unit_test(test_calibration_option),
       cmocka_unit_test(test_data_sets),
+      cmocka_unit_test(test_attitudes),
       cmocka_unit_test(test_masks),
       cmocka_unit_test(test_a_damaged_map),
       cmocka_unit_test(test_which_map),

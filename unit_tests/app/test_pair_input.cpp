@@ -1,5 +1,5 @@
-// Motion priors that wait: each is had by its pair's number, whenever it came, and none is lost unseen.
-#include "app/motion_priors.hpp"
+// What waits for its pair: each is had by its number, whenever it came, and none is lost unseen.
+#include "app/pair_input.hpp"
 
 #include "core/random.hpp"
 #include "support/cmocka.hpp"
@@ -92,5 +92,5 @@ int main() {
       cmocka_unit_test(test_numbers_wrap),
       cmocka_unit_test(test_none_is_lost_unseen),
   };
-  return cmocka_run_group_tests_name("app/motion_priors", tests, nullptr, nullptr);
+  return cmocka_run_group_tests_name("app/pair_input", tests, nullptr, nullptr);
 }
