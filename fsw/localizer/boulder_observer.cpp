@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/rounding.hpp"
+
 namespace cairn {
 void BoulderObserver::init(const BoulderParams& params, const StereoRig& rig) {
   params_ = params;
@@ -24,7 +26,7 @@ ObserveStatus BoulderObserver::start(const ImageU8& left, const ImageU8& right, 
   columns_px_ = offset.columns_px;
   T_site_cam_ = T_site_cam;
   const Vec3 seen(plane[0], plane[1], plane[2] - offset.columns_px);
-  const int lower_px = static_cast<int>(std::floor(offset.rows_px + 0.5));
+  const int lower_px = rounded(offset.rows_px);
   const bool fit = is_valid(T_site_cam) &&
                    probe_.start(params_.probe, left, right, seen, lower_px) == ProbeStatus::kRunning;
   if (!fit) return status_ = ObserveStatus::kBadInput;

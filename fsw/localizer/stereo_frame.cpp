@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/rounding.hpp"
+
 namespace cairn {
 namespace {
 
@@ -10,8 +12,6 @@ constexpr int kMostSearches = 8;        // of rows, in pairs: what never shows i
 constexpr int kMostSearchRows = 16;     // up and down
 constexpr double kLeastRows_px = 0.25;  // as keypoints tell them
 constexpr double kFoundShare = 0.3;     // of the features, in three neighbouring rows: good images have 60 %
-
-std::int16_t rounded(double x) { return static_cast<std::int16_t>(std::floor(x + 0.5)); }
 
 }  // namespace
 
