@@ -427,14 +427,19 @@ void RefineMotionJob::ask_of_columns(std::size_t end) {
   }
 }
 
-/// The motion eliminated (Schur complement). The gradient stays: at the solution the motion's own is zero.
+/// The motion eliminated (Schur complement). The gradient stays: at the solution the motion's own is zero. A
+/// wall that moves sideways is as well one at another distance: where next to nothing is left, that is
+/// rounding. Images without noise make residuals small, and columns no better known.
 void RefineMotionJob::tell_columns() {
   const Eigen::LDLT<Mat6> ldlt(information_);
   const Vec6 moved = ldlt.solve(sums_.cross);
   const double left = sums_.own - sums_.cross.dot(moved);
-  if (!(left > 0.0) || !(scale_ > 0.0)) return;
-  result_.columns_information = left / scale_;
-  result_.columns_evidence = sums_.gradient / scale_;
+  constexpr double kLeastLeft = 1.0e-3;  // of what there was: in drives some 0.03
+  constexpr double kLeastScale = 0.05;   // in drives 0.2 and more
+  if (!(left > kLeastLeft * sums_.own)) return;
+  const double scale = scale_ > kLeastScale ? scale_ : kLeastScale;
+  result_.columns_information = left / scale;
+  result_.columns_evidence = sums_.gradient / scale;
 }
 
 }  // namespace cairn

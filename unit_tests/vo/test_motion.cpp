@@ -234,6 +234,28 @@ void test_columns_are_told(void**) {
   }
 }
 
+/// A wall that moves sideways is as well one at another distance: nothing is told, the less so without noise.
+void test_a_wall_tells_nothing_of_columns(void**) {
+  const Pose3 sideways{Quat::Identity(), Vec3(-0.045, 0.0, 0.0)};
+  for (const double sigma : {0.0, 0.05}) {
+    Random random(33);
+    fill_pairs(300, 0.0, random);
+    for (MotionPair& pair : pairs) {
+      constexpr double kDisparity_px = 16.0;
+      pair.p_ref_m *= pair.d_ref_px / kDisparity_px;
+      pair.d_ref_px = kDisparity_px;
+      pair.seen = project(kRig, sideways * pair.p_ref_m);
+      pair.seen.u_left += sigma * test::normal(random);
+      pair.seen.u_right += sigma * test::normal(random);
+    }
+    assert_status(refine.start({}, kRig, pairs, sideways, true), MotionStatus::kRunning);
+    assert_true(test::run_whole(refine));
+    assert_status(refine.status(), MotionStatus::kEstimated);
+    assert_near(refine.result().columns_information, 0.0, 0.0);
+    assert_near(refine.result().columns_evidence, 0.0, 0.0);
+  }
+}
+
 void test_bad_input(void**) {
   Random random(5);
   fill_pairs(40, 0.1, random);
@@ -540,6 +562,7 @@ int main() {
       cmocka_unit_test(test_covariance_against_monte_carlo),
       cmocka_unit_test(test_refined_beats_absolute_orientation),
       cmocka_unit_test(test_columns_are_told),
+      cmocka_unit_test(test_a_wall_tells_nothing_of_columns),
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_too_few_pairs),
       cmocka_unit_test(test_idle),
