@@ -23,7 +23,7 @@
 /// errors have cost, and the tilt of steps to come (attitude_fusion.hpp). A heading (sun sensor) corrects yaw
 /// and what goes with it (pose_fusion.hpp); while a fix is under way it waits as what it says of T_map_site,
 /// so that the fix takes its share of it away, and widens by the steps meanwhile. That the rover stood is the
-/// sender's word: pictures taken at stops are a step apart, too, so VO cannot tell (adr/0011-attitude.md).
+/// sender's word: pictures taken at stops are a step apart, too, so VO cannot tell (adr/0013-attitude.md).
 /// Without such input nothing differs to the bit.
 ///
 /// Frames without a motion. While VO's reference stands, the pose is held or goes by motion priors, and sigma
