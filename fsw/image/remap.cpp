@@ -72,7 +72,8 @@ bool is_sound(const RemapTable& table) {
 }
 
 std::uint32_t crc_of(const RemapTable& table) {
-  CAIRN_ASSERT(is_sound(table));
+  const bool sound = is_sound(table);
+  CAIRN_ASSERT(sound);
   std::uint8_t words[8];
   const auto go_on = [&words](std::int32_t a, std::int32_t b, std::uint32_t crc) {
     be::put_u32(words, static_cast<std::uint32_t>(a));
