@@ -515,7 +515,8 @@ $(FUZZERS):
 	$(Q)$(FUZZ_CXX) -fsanitize=fuzzer,address,undefined $^ $(FUZZ_LIBS) -o $@
 check-fuzz: $(FUZZERS)
 	@rm -rf build/fuzz/short
-	@unit_tests/fuzz/run.sh $$(($(FUZZ_SHORT) * $(words $(READERS)))) 1 build/fuzz/short $(READERS)
+	@unit_tests/fuzz/run.sh $$(($(FUZZ_SHORT) * $(words $(READERS) $(OF_GROUND)))) 1 build/fuzz/short \
+	  $(READERS) $(OF_GROUND)
 	@unit_tests/fuzz/run.sh $$(($(FUZZ_SHORT) / 5)) 1 build/fuzz/short build/fuzz/fuzz_app
 
 # ---- tests and checks ----------------------------------------------------------------------------------------------
