@@ -25,6 +25,9 @@ constexpr std::string_view kForms = "give a CSV table with columns x, y, a GeoPa
 /// Of the axes of two bodies; those of one differ by flattening and local radii, Mars's by 0.6 %.
 constexpr double kSameBody = 0.02;
 
+/// A way that spans less is one in degrees; as metres nobody would drive it.
+constexpr double kWayInDegrees = 0.1;
+
 bool is_plain_table(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
@@ -98,6 +101,17 @@ std::vector<Vec2> points_of(OGRLayer& layer, const std::string& name) {
   return points;
 }
 
+/// The longer side of the box around the way.
+double span_of(const std::vector<Vec2>& points) {
+  Vec2 low = points.front();
+  Vec2 high = points.front();
+  for (const Vec2& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).maxCoeff();
+}
+
 void take_to(const std::string& reference_system, const OGRSpatialReference* own, const std::string& name,
              std::vector<Vec2>& points) {
   const std::string system = reference_text(own);
@@ -105,7 +119,7 @@ void take_to(const std::string& reference_system, const OGRSpatialReference* own
   const bool degrees = angles && std::all_of(points.begin(), points.end(), [](const Vec2& p) {
                          return std::fabs(p.x()) <= 360.0 && std::fabs(p.y()) <= 90.0;
                        });
-  if (is_local_reference(reference_system) && degrees)
+  if (is_local_reference(reference_system) && degrees && span_of(points) < kWayInDegrees)
     throw ToolError(
         "{}: its coordinates are degrees, and the map's system is a local one; save it in metres "
         "of the map",
@@ -140,7 +154,7 @@ std::vector<Vec2> read_way(const std::filesystem::path& path, const std::string&
   if (data == nullptr) throw ToolError("{}: cannot be opened as a way{}; {}", name, quiet.reason(), kForms);
   OGRLayer& layer = layer_of(*data, name);
   std::vector<Vec2> points = points_of(layer, name);
-  take_to(reference_system, layer.GetSpatialRef(), name, points);
+  if (!points.empty()) take_to(reference_system, layer.GetSpatialRef(), name, points);
   check_way(points, name);
   return points;
 }

@@ -19,7 +19,7 @@ namespace cairn::ground {
 ///
 /// Places of another system are taken to the map's. As they stand, as metres of the map: those of a table; of
 /// a layer that names no system, or degrees that are none; and whatever the layer says where the map is a
-/// local one, except degrees.
+/// local one, except a way that spans less than 0.1 of what it calls degrees.
 ///
 /// Two points or more, neighbours at least a millimetre apart, metres of the map. Throws ToolError, one line.
 std::vector<Vec2> read_way(const std::filesystem::path& path, const std::string& reference_system);

@@ -104,6 +104,10 @@ void test_a_local_map(void**) {
   check_way_of(layer_file("GPKG", "bare.gpkg", "", {{"", kWay}}), kUtm, 0.0);
   assert_refused(read_way(layer_file("GPKG", "degrees.gpkg", kDegrees, {{"", in_system(kDegrees)}}), "local"),
                  "degrees.gpkg: its coordinates are degrees");
+  // GeoJSON knows degrees alone: metres of a local map, small as they are, are none.
+  static Way small;
+  small = {{2.0, 10.0}, {14.0, 11.0}, {28.0, 8.0}};
+  assert_true(read_way(layer_file("GeoJSON", "small.geojson", "", {{"drive", small}}), "local") == small);
 }
 
 void test_the_drive_among_lines(void**) {
