@@ -187,16 +187,30 @@ bench-decode: ## instructions a boulder that reading a map takes on the emulated
 	$(call counted,$(B)/decode.elf,$(B)/decode)
 	@awk -F '\t' -f platform/tape/decode.awk $(B)/decode.log $(B)/decode.tsv
 
-PROFILE = $(B)/profile$(DRIVE_NAME:%=-%)$(SLICE:%=-slice-%)
+VARIANTS = $(shell sed -n 's/^\[variant\.\([a-z_]*\).*/\1/p' $(TIMING))
+WATCHED  = $(comma)budget=$(TIME_BUDGET)$(FRAME:%=$(comma)frame=%)$(VARIANT:%=$(comma)variant=%)
+PROFILE  = $(B)/profile$(DRIVE_NAME:%=-%)$(SLICE:%=-slice-%)$(VARIANT:%=-%)
 profile: ## model cycles of each job on the emulated processor against its budget (TARGET=...; DRIVE=...; FRAME=n)
 	$(board)
 	$(call ready,test,host-cairn $(PROFILER) $(B)/replay.elf $(BARE_BOARD))
 	@mkdir -p $(PROFILE)
 	@printf 'Running %s on the emulated processor, a few minutes\n' '$(or $(DRIVE),the sample)'
-	$(call counted,$(B)/replay.elf,$(PROFILE)/run,$(comma)budget=$(TIME_BUDGET)$(FRAME:%=$(comma)frame=%))
+	$(call counted,$(B)/replay.elf,$(PROFILE)/run,$(WATCHED))
 	@build/host/cairn profile $(PROFILE)/run.tsv --budget $(TIME_BUDGET) --target $(TARGET) -o $(PROFILE) \
 	  --console $(PROFILE)/run.log \
-	  $(CLOCK_MHZ:%=--clock %) $(SLICE:%=|| true)
+	  $(CLOCK_MHZ:%=--clock %) $(if $(FORGIVING),2>/dev/null) $(if $(SLICE)$(FORGIVING),|| true)
+
+# Nothing is refused here for its budget: boards that the mission doesn't have are asked after.
+sensitivity: ## the jobs' time with other memory, caches and FPU of the processor's model (TARGET=...; DRIVE=...)
+	$(board)
+	@+for variant in '' $(VARIANTS); do $(MAKE) profile VARIANT=$$variant FORGIVING=1 >$(B)/sensitivity.log || \
+	  { cat $(B)/sensitivity.log; exit 1; }; printf '  %-8s %s\n' COUNTED "$${variant:-$(TIMING)}"; done
+	@build/host/cairn profile-diff $(PROFILE) $(VARIANTS:%=$(PROFILE)-%)
+
+profile-diff: ## two profiles side by side: jobs, and the functions that changed (BEFORE=folder AFTER=folder)
+	@$(if $(and $(BEFORE),$(AFTER)),:,echo 'make $@: give BEFORE=folder AFTER=folder'; exit 1)
+	$(call ready,build,host-cairn)
+	@build/host/cairn profile-diff $(BEFORE) $(AFTER)
 
 # The replay is the host's of the same mission: operations are the same on each target.
 HOST_BUILD := build/host$(if $(filter-out paper,$(MISSION)),-$(MISSION))
@@ -269,6 +283,13 @@ same-bits: ## the sample drive on all targets: the same telemetry to the bit (a 
 	  $(MAKE) TARGET=$$t run-tests TEST_SRC='$(SAME_BITS)' || faults=1; \
 	done; exit $$faults
 
+same-drive: ## any drive on all targets: the same sums of all its telemetry (DRIVE=folder, or the sample; TAPE_FRAMES=n)
+	@+sums=; faults=0; for t in $(TARGETS); do \
+	  $(MAKE) -s TARGET=$$t replay >build/same-drive.log && told=$$(tail -1 build/same-drive.log) || \
+	    { tail -3 build/same-drive.log; exit 1; }; \
+	  printf '%-8s %s\n' "$$t" "$$told"; [ "$$told" = "$${sums:=$$told}" ] || faults=1; \
+	done; exit $$faults
+
 replay: ## play a tape on the target (TAPE=file, default the sample): sums of the telemetry
 	$(call ready,test,-s $(B)/replay.elf)
 	@$(call run_image,$(B)/replay.elf)
@@ -311,10 +332,11 @@ $(B)/platform/%.o: platform/%.S
 	$(call say,AS,$<)
 	$(Q)$(CC) $(CPU) -c $< -o $@
 # Made on the host, for every target; DRIVE=folder or TAPE=file takes another drive.
-SAMPLE_TAPE := build/sample.tape
+SAMPLE_TAPE  = build/sample-$(TAPE_FRAMES).tape
 DRIVE       ?=
 DRIVE_NAME  := $(notdir $(patsubst %/,%,$(DRIVE)))
-DRIVE_TAPE  := $(DRIVE:%=build/drives/$(DRIVE_NAME).tape)
+TAPE_FRAMES ?= 35
+DRIVE_TAPE  := $(DRIVE:%=build/drives/$(DRIVE_NAME)-$(TAPE_FRAMES).tape)
 TAPE        ?= $(or $(DRIVE_TAPE),$(SAMPLE_TAPE))
 $(B)/platform/tape/tape_image.o: platform/tape/tape_image.S $(TAPE) $(B)/tape.name
 	@mkdir -p $(@D)
@@ -325,7 +347,6 @@ $(B)/tape.name: FORCE
 $(SAMPLE_TAPE): $(wildcard $(SAMPLE)/*.txt $(SAMPLE)/*.csv) | $(if $(BARE),host-cairn,$(CAIRN))
 	@build/host/cairn map build --from-csv $(SAMPLE)/truth_rocks.csv -o build/sample.cmap
 	@build/host/cairn tape --dataset $(SAMPLE) --map build/sample.cmap --frames 0:$(TAPE_FRAMES) -o $@
-TAPE_FRAMES ?= 35
 # Over its own map where the folder has one, else over that of its true rocks.
 $(DRIVE_TAPE): $(wildcard $(DRIVE)/*.txt $(DRIVE)/*.csv) | host-cairn
 	@mkdir -p $(@D)

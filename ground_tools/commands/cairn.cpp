@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   cairn::ground::add_tape_command(app);
   cairn::ground::add_bench_command(app);
   cairn::ground::add_profile_command(app);
+  cairn::ground::add_profile_diff_command(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version

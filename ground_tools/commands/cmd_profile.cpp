@@ -1,15 +1,18 @@
-// cairn profile: what a run on the emulated processor cost, by job and by function, against the budget.
+// cairn profile: what a run on the emulated processor cost, by job and by function, against the budget;
+// cairn profile-diff: such runs side by side.
 #include <fmt/format.h>
 
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "commands/commands.hpp"
 #include "profile/budget.hpp"
+#include "profile/diff.hpp"
 #include "profile/page.hpp"
 #include "profile/profile.hpp"
 #include "profile/tables.hpp"
@@ -63,6 +66,21 @@ void add_profile_command(CLI::App& app) {
   command->add_option("--top", options->most, "functions to print")->check(CLI::Range(1, 100000));
   command->add_option("-o,--output", options->output, "folder for tables (CSV) and the page (HTML)");
   command->callback([options] { show(*options); });
+}
+
+void add_profile_diff_command(CLI::App& app) {
+  struct Options {
+    std::vector<std::filesystem::path> folders;
+    std::size_t most = 30;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "profile-diff", "Profiles side by side: seconds of each job, and the functions that changed");
+  command->add_option("folders", options->folders, "two folders of `make profile` and more; the first is 1")
+      ->required()
+      ->expected(2, 100);
+  command->add_option("--top", options->most, "functions to print")->check(CLI::Range(1, 100000));
+  command->callback([options] { fmt::print("{}", profile_diff_text(options->folders, options->most)); });
 }
 
 }  // namespace cairn::ground

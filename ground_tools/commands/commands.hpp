@@ -17,5 +17,6 @@ void add_campaign_command(CLI::App& app);  ///< cairn campaign   (cmd_campaign.c
 void add_tape_command(CLI::App& app);      ///< cairn tape   (cmd_tape.cpp)
 void add_bench_command(CLI::App& app);     ///< cairn bench   (cmd_bench.cpp)
 void add_profile_command(CLI::App& app);   ///< cairn profile   (cmd_profile.cpp)
+void add_profile_diff_command(CLI::App& app);
 
 }  // namespace cairn::ground

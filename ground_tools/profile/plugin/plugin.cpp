@@ -1,6 +1,6 @@
 // The door to QEMU: cuts translated code into blocks and hands over what runs.
 //
-//   qemu-... -plugin profile.so,elf=IMAGE,timing=FILE,out=FILE[,budget=FILE][,frame=N]
+//   qemu-... -plugin profile.so,elf=IMAGE,timing=FILE[,variant=NAME],out=FILE[,budget=FILE][,frame=N]
 #include <cstdio>
 #include <cstdlib>
 #include <deque>
@@ -136,6 +136,7 @@ void on_exit(qemu_plugin_id_t, void*) {
 struct Arguments {
   std::string elf;
   std::string timing;
+  std::string variant;
   std::string out;
   ProfilerOptions options;
 };
@@ -151,6 +152,8 @@ Arguments parse(int argc, char** argv) {
       out.elf = value;
     } else if (key == "timing") {
       out.timing = value;
+    } else if (key == "variant") {
+      out.variant = value;
     } else if (key == "out") {
       out.out = value;
     } else if (key == "budget") {
@@ -170,7 +173,7 @@ Arguments parse(int argc, char** argv) {
 
 void install(qemu_plugin_id_t id, const qemu_info_t& info, int argc, char** argv) {
   const Arguments arguments = parse(argc, argv);
-  const Timing timing = read_timing(arguments.timing);
+  const Timing timing = read_timing(arguments.timing, arguments.variant);
   const char* const family = timing.isa == Isa::kPpc ? "ppc" : timing.isa == Isa::kSparc ? "sparc" : "riscv";
   if (std::string(info.target_name).rfind(family, 0) != 0)
     throw std::runtime_error(arguments.timing + ": is for another processor than " + info.target_name);

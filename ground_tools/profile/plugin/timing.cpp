@@ -1,6 +1,8 @@
 #include "profile/plugin/timing.hpp"
 
 #include <toml++/toml.h>
+
+#include <cmath>
 #include <stdexcept>
 #include <vector>
 
@@ -43,8 +45,10 @@ class Reader {
   toml::table root_;
 };
 
-ClassCost class_cost(const Reader& file, const char* name, std::vector<std::string>& units) {
-  const toml::table* at = file.table("class")[name].as_table();
+ClassCost class_cost(const Reader& file, const toml::table* other, const char* name,
+                     std::vector<std::string>& units) {
+  const toml::table* at = other != nullptr ? (*other)["class"][name].as_table() : nullptr;
+  if (at == nullptr) at = file.table("class")[name].as_table();
   if (at == nullptr) file.fail(std::string("[class]: no '") + name + "'");
   ClassCost cost;
   cost.issue = file.number(*at, "issue", 0, 1000, name);
@@ -64,10 +68,17 @@ ClassCost class_cost(const Reader& file, const char* name, std::vector<std::stri
 
 bool power_of_two(std::uint32_t value) { return value != 0 && (value & (value - 1)) == 0; }
 
-CacheShape shape(const Reader& file, const char* name) {
+double factor(const Reader& file, const toml::table* variant, const char* name) {
+  if (variant == nullptr || !variant->contains(name)) return 1.0;
+  const double value = (*variant)[name].value_or(0.0);
+  if (!(value >= 0.125 && value <= 8.0)) file.fail(std::string(name) + " of a variant must be 0.125 to 8");
+  return value;
+}
+
+CacheShape shape(const Reader& file, const char* name, double times) {
   const toml::table& at = file.table(name);
   CacheShape out;
-  out.bytes = static_cast<std::uint32_t>(file.number(at, "bytes", 64, 1 << 26, name));
+  out.bytes = static_cast<std::uint32_t>(std::lround(times * file.number(at, "bytes", 64, 1 << 26, name)));
   out.ways = static_cast<std::uint32_t>(file.number(at, "ways", 1, 64, name));
   out.line = static_cast<std::uint32_t>(file.number(at, "line", 8, 64, name));
   out.fill = static_cast<std::uint32_t>(
@@ -83,8 +94,18 @@ CacheShape shape(const Reader& file, const char* name) {
 
 }  // namespace
 
-Timing read_timing(const std::string& path) {
+Timing read_timing(const std::string& path, const std::string& variant) {
   const Reader file(path);
+  const toml::table* const other = variant.empty() ? nullptr : file.root()["variant"][variant].as_table();
+  if (other == nullptr && !variant.empty()) file.fail("no table [variant." + variant + "]");
+  const double memory = factor(file, other, "memory"), cache = factor(file, other, "cache");
+  const auto scaled = [memory](int value) { return static_cast<int>(std::lround(memory * value)); };
+  const auto cycles = [&](const toml::table& at, const char* name, const char* owner) {
+    return scaled(file.number(at, name, 0, 10000, owner));
+  };
+  const auto cycles_or_none = [&](const toml::table& at, const char* name, const char* owner) {
+    return scaled(file.number_or(at, name, 0, 10000, owner, 0));
+  };
   Timing out;
   out.name = file.root()["name"].value_or(std::string("unnamed"));
   const auto isa = file.root()["isa"].value_or(std::string());
@@ -104,17 +125,18 @@ Timing read_timing(const std::string& path) {
     out.trap = file.number(*traps, "cycles", 0, 1000, "trap");
   }
   std::vector<std::string> units;
-  for (int i = 0; i < kClasses; ++i) out.cost[i] = class_cost(file, kClassNames[i], units);
-  out.instruction_cache = shape(file, "instruction_cache");
-  out.fetch_miss = file.number(file.table("instruction_cache"), "miss", 0, 10000, "instruction_cache");
-  out.data_cache = shape(file, "data_cache");
+  for (int i = 0; i < kClasses; ++i) out.cost[i] = class_cost(file, other, kClassNames[i], units);
+  const toml::table& fetch = file.table("instruction_cache");
   const toml::table& data = file.table("data_cache");
-  out.read_miss = file.number(data, "miss", 0, 10000, "data_cache");
-  out.read_miss_word = file.number_or(data, "miss_word", 0, 10000, "data_cache", 0);
-  out.write_miss = file.number(data, "write_miss", 0, 10000, "data_cache");
-  out.cast_out = file.number(data, "cast_out", 0, 10000, "data_cache");
-  out.write = file.number_or(data, "write", 0, 10000, "data_cache", 0);
-  out.write_word = file.number_or(data, "write_word", 0, 10000, "data_cache", 0);
+  out.instruction_cache = shape(file, "instruction_cache", cache);
+  out.data_cache = shape(file, "data_cache", cache);
+  out.fetch_miss = cycles(fetch, "miss", "instruction_cache");
+  out.read_miss = cycles(data, "miss", "data_cache");
+  out.read_miss_word = cycles_or_none(data, "miss_word", "data_cache");
+  out.write_miss = cycles(data, "write_miss", "data_cache");
+  out.cast_out = cycles(data, "cast_out", "data_cache");
+  out.write = cycles_or_none(data, "write", "data_cache");
+  out.write_word = cycles_or_none(data, "write_word", "data_cache");
   return out;
 }
 

@@ -43,8 +43,10 @@ struct Timing {
   int write_word = 0;  ///< more for a second one
 };
 
-/// Throws std::runtime_error, one line with the file and the mend.
-Timing read_timing(const std::string& path);
+/// Throws std::runtime_error, one line with the file and the mend. `variant` names a table [variant.NAME] of
+/// the file, another board than the file's: `memory` multiplies the cycles of memory, `cache` the bytes of
+/// both caches, and its table `class` stands for those of [class] that it names.
+Timing read_timing(const std::string& path, const std::string& variant = {});
 
 /// What mission_cfg/timing_budget.toml asks to look at.
 struct Watch {

@@ -8,6 +8,7 @@
 #include "ground_tools/browser.hpp"
 #include "ground_tools/program.hpp"
 #include "profile/budget.hpp"
+#include "profile/diff.hpp"
 #include "profile/page.hpp"
 #include "profile/tables.hpp"
 
@@ -249,6 +250,36 @@ void test_command(void**) {
   test::check_refusal(scratch, "profile nothing.tsv --target board --budget x.toml", "nothing.tsv", "");
 }
 
+// Two runs of a board: of the second VO's first round is twice as long, a function is new, another gone.
+void test_side_by_side(void**) {
+  const auto folder = [](const char* name, const char* jobs_rows, const char* functions_rows) {
+    std::filesystem::create_directories(scratch.path(name));
+    scratch.file(std::string(name) + "/jobs.csv",
+                 "job,mean_cycles,longest_cycles,clock_mhz\n" + std::string(jobs_rows));
+    scratch.file(std::string(name) + "/functions.csv",
+                 "function,calls,self_cycles\n" + std::string(functions_rows));
+    return scratch.path(name);
+  };
+  const auto a = folder("a", "\"VO\",100000000,200000000,100\n",
+                        "\"f<..>\",2,6000000\n\"f<..>\",1,1000000\n\"old\",1,2000000\n\"same\",1,5\n");
+  const auto b = folder("b", "\"VO\",100000000,400000000,100\n",
+                        "\"f<..>\",9,10000000\n\"new\",1,500000\n\"same\",1,5\n");
+  static std::string text;
+  text = profile_diff_text({a, b}, 10);
+  assert_true(text.find("4.0000   2.000      1.0000   1.000") != std::string::npos);
+  const std::size_t f = text.find("f<..>"), old = text.find("old"), made = text.find("new");
+  assert_true(f < old && old < made && made != std::string::npos);  // by what changed: 3, -2, 0.5 million
+  assert_true(text.find("+3.00") != std::string::npos && text.find("-2.00") != std::string::npos);
+  assert_true(text.find("same") == std::string::npos);
+  text = profile_diff_text({a, a}, 10);
+  assert_true(text.find("No function's calls or cycles changed") != std::string::npos);
+  text = profile_diff_text({a, b, a}, 10);
+  assert_true(text.find("Functions") == std::string::npos);
+  const auto other = folder("other", "\"walk\",1,1,100\n", "\"f\",1,1\n");
+  assert_refused(profile_diff_text({a, other}, 10), "no job 'VO'");
+  test::check_refusal(scratch, "profile-diff '" + b.string() + "' nowhere", "nowhere", "jobs.csv");
+}
+
 }  // namespace
 
 int main() {
@@ -264,6 +295,7 @@ int main() {
       cmocka_unit_test(test_refuses_bad_profiles),
       cmocka_unit_test(test_refuses_bad_budgets),
       cmocka_unit_test(test_command),
+      cmocka_unit_test(test_side_by_side),
   };
   return cmocka_run_group_tests(tests, setup, nullptr);
 }

@@ -366,6 +366,33 @@ void test_refuses_bad_timing(void**) {
   assert_true(why.find('\n') == std::string::npos);
 }
 
+// What a variant names changes, and nothing else.
+void test_variant_of_a_board(void**) {
+  const std::string path = kSource + "/platform/leon3/timing.toml";
+  const Timing slow = read_timing(path, "slow_memory");
+  assert_int_equal(slow.read_miss, 2 * leon.read_miss);
+  assert_int_equal(slow.fetch_miss, 2 * leon.fetch_miss);
+  assert_int_equal(slow.write, 2 * leon.write);
+  assert_int_equal(slow.data_cache.bytes, leon.data_cache.bytes);
+  assert_int_equal(slow.cost[0].latency, leon.cost[0].latency);
+  const Timing small = read_timing(path, "small_cache");
+  assert_int_equal(2 * small.data_cache.bytes, leon.data_cache.bytes);
+  assert_int_equal(2 * small.instruction_cache.bytes, leon.instruction_cache.bytes);
+  assert_int_equal(small.read_miss, leon.read_miss);
+  const Timing lite = read_timing(path, "grfpu_lite");
+  int changed = 0;
+  for (int i = 0; i < kClasses; ++i) changed += lite.cost[i].latency > leon.cost[i].latency ? 1 : 0;
+  assert_int_equal(changed, 8);
+  assert_int_equal(lite.read_miss, leon.read_miss);
+  static std::string why;
+  try {
+    static_cast<void>(read_timing(path, "warp"));
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  assert_true(why.find("no table [variant.warp]") != std::string::npos);
+}
+
 int setup(void**) {
   ppc = read_timing(kSource + "/platform/ppc750/timing.toml");
   leon = read_timing(kSource + "/platform/leon3/timing.toml");
@@ -390,6 +417,7 @@ int main() {
       cmocka_unit_test(test_trap_in_a_delay_slot),
       cmocka_unit_test(test_names),
       cmocka_unit_test(test_refuses_bad_timing),
+      cmocka_unit_test(test_variant_of_a_board),
   };
   return cmocka_run_group_tests(tests, setup, nullptr);
 }
