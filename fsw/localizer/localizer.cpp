@@ -90,7 +90,6 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   trust_.init(params.trust);
   watch_.init(params.watch);
   watch_status_ = WatchStatus::kClear;
-  confirmed_by_fix_ = false;
   stage_ = FrameStage::kNoStart;
   pose_source_ = PoseSource::kNone;
   fix_ = {};
@@ -125,7 +124,6 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   gravity_status_ = heading_status_ = AttitudeStatus::kNone;
   if (heading_.waiting) pass_over_heading();
   trust_.init(params_.trust);
-  confirmed_by_fix_ = false;
   against_nats_ = 0.0;
   stage_ = FrameStage::kDone;
   pose_source_ = PoseSource::kNone;
@@ -494,7 +492,7 @@ void Localizer::window_read() {
 
 void Localizer::begin_map_fix() {
   fix_.lost = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
-  fix_odds_ = confirmed_by_fix_ && trust_.state() == Trust::kConfirmed ? params_.track_log_odds : 0.0;
+  fix_odds_ = trust_.state() == Trust::kConfirmed ? params_.track_log_odds : 0.0;
   const bool fresh = carried_.alive() && carried_.mark(local_map_, fix_pivot_site_m_) >= kFresh;
   const FixStage first = fresh ? FixStage::kConfirm : FixStage::kSearch;
   const MapFixStatus status = start_stage(first, local_map_);
@@ -642,8 +640,6 @@ FixStatus Localizer::take_map_fix() {
   if (declined && refuted) event = TrustEvent::kFixRefuted;
   if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;
   trust_.on(event);
-  confirmed_by_fix_ =
-      status == FixStatus::kApplied || (confirmed_by_fix_ && trust_.state() == Trust::kConfirmed);
   return status;
 }
 

@@ -198,9 +198,9 @@ class Localizer {
 
   /// Forgets everything but trim and map.
   LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);
-  /// Declares where the rover is: T_map_rover, with what it is uncertain by; from a sigma of kUnknownStart_m
-  /// on, that it is lost, and the pose stands for the place until a fix is found in the whole map; wider than
-  /// TrustParams allows, that a fix must confirm it. Starts a new site and forgets boulders.
+  /// Declares where the rover is: T_map_rover, with what it is uncertain by. A claim until a fix; from a
+  /// sigma of kUnknownStart_m on, that it is lost, and the pose stands for the place until a fix is found in
+  /// the whole map; wider than TrustParams allows, unconfirmed. Starts a new site and forgets boulders.
   LocalizerStatus set_start(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   LocalizerStatus set_trim(const StepTrim& trim);
   /// A validated map, or a default one for none. Its bytes stay with the caller. A fix that is under way on
@@ -360,9 +360,8 @@ class Localizer {
   TrustState trust_;
   VoWatch watch_;
   WatchStatus watch_status_ = WatchStatus::kClear;
-  double against_nats_ = 0.0;      ///< of fixes that were declined since the last one applied
-  bool confirmed_by_fix_ = false;  ///< an applied fix, and nothing since that speaks against it
-  FixRecord fix_;                  ///< its status says whether one is open: kRunning
+  double against_nats_ = 0.0;  ///< of fixes that were declined since the last one applied
+  FixRecord fix_;              ///< its status says whether one is open: kRunning
 };
 
 }  // namespace cairn

@@ -8,8 +8,10 @@ constexpr Trust O = Trust::kCoasting;
 constexpr Trust U = Trust::kUnconfirmed;
 constexpr Trust L = Trust::kLost;
 
+constexpr int kColumns = 4;  // kClaimed is another word for confirmed here
+
 /// The header's table: a row an event, a column a state.
-constexpr Trust kNext[kTrustEvents][kTrustStates] = {
+constexpr Trust kNext[kTrustEvents][kColumns] = {
     {C, C, C, C},  // kStartGiven
     {U, U, U, U},  // kStartWide
     {L, L, L, L},  // kStartUnknown
@@ -32,6 +34,7 @@ Trust next(Trust state, TrustEvent event) { return kNext[static_cast<int>(event)
 void TrustState::init(const TrustParams& params) {
   params_ = params;
   state_ = Trust::kLost;
+  claimed_ = true;
   since_ = Trust::kConfirmed;
   held_ = false;
   refusals_ = 0;
@@ -48,6 +51,7 @@ void TrustState::on(TrustEvent event) {
     case TrustEvent::kStartGiven:
     case TrustEvent::kStartWide:
     case TrustEvent::kStartUnknown:
+      claimed_ = true;
       since_ = Trust::kConfirmed;
       held_ = false;
       refusals_ = 0;
@@ -59,6 +63,7 @@ void TrustState::on(TrustEvent event) {
     case TrustEvent::kDoubted: since_ = next(since_, event); break;
     case TrustEvent::kFixAccepted:
       state_ = since_;
+      claimed_ = false;
       refusals_ = 0;
       break;
     case TrustEvent::kFixInconsistent:

@@ -5,12 +5,12 @@
 /// stays. What does is a fix, or a start pose by command; and where VO bridges frames without a picture from
 /// a reference before them, nothing was guessed after all.
 ///
-/// A start pose that claims less than the mission can drive by (TrustParams) is nobody's confirmation: it
-/// waits for a fix.
+/// A start pose is a claim from the ground and confirms nothing: until a fix is accepted, what the table
+/// calls confirmed is kClaimed. One that claims less than the mission drives by (TrustParams) is not even so.
 ///
 /// | event            | confirmed   | coasting    | unconfirmed | lost      |
 /// |------------------|-------------|-------------|-------------|-----------|
-/// | kStartGiven      | confirmed   | confirmed   | confirmed   | confirmed |
+/// | kStartGiven      | claimed     | claimed     | claimed     | claimed   |
 /// | kStartWide       | unconfirmed | unconfirmed | unconfirmed | unconfirmed |
 /// | kStartUnknown    | lost        | lost        | lost        | lost      |
 /// | kStepMeasured    |             |             |             |           |
@@ -35,16 +35,20 @@
 
 #include <cstdint>
 
+#include "core/enum_count.hpp"
 #include "mission_cfg.hpp"
 
 namespace cairn {
 
 enum class Trust : std::uint8_t {
-  kConfirmed,    ///< every step since a start that was known or the last fix was measured
+  kConfirmed,    ///< every step since the last fix was measured
   kCoasting,     ///< no usable pair now: held, or moved by motion priors; VO may yet bridge it
   kUnconfirmed,  ///< the start was wide, a step was guessed or doubted, or a fix contradicts
   kLost,         ///< where the rover is, is not known: only a fix or a start pose ends this
+  kClaimed,      ///< every step since the start was measured, and no fix has confirmed the start
 };
+inline constexpr std::size_t kTrustCount = 5;
+static_assert(enum_has<Trust, kTrustCount>());
 
 enum class TrustEvent : std::uint8_t {
   kStartGiven,       ///< by command
@@ -62,12 +66,11 @@ enum class TrustEvent : std::uint8_t {
   kFixRefuted,  ///< too little evidence again and again, where it speaks against the pose; and after that
                 ///< nothing in the whole map either
 };
-inline constexpr int kTrustStates = 4;
 inline constexpr int kTrustEvents = 13;
 
 struct TrustParams {
   int lost_after = cfg::kMission.lost_after_fixes;  ///< at least 1
-  /// The widest start pose that is taken as confirmed, standard deviations.
+  /// The widest start pose that is taken at its word, standard deviations.
   double start_sigma_xy_m = cfg::kMission.confirmed_start_xy_m;
   double start_sigma_yaw_rad = cfg::kMission.confirmed_start_yaw_rad;
 };
@@ -82,13 +85,14 @@ class TrustState {
   void snapshot() { since_ = held_ ? Trust::kCoasting : Trust::kConfirmed; }
   void on(TrustEvent event);
 
-  Trust state() const { return state_; }
+  Trust state() const { return claimed_ && state_ == Trust::kConfirmed ? Trust::kClaimed : state_; }
   /// kFixDeclined and kFixInconsistent in a row.
   std::uint32_t refusals() const { return refusals_; }
 
  private:
   TrustParams params_;
-  Trust state_ = Trust::kLost;
+  Trust state_ = Trust::kLost;       ///< the table's
+  bool claimed_ = true;              ///< no fix was accepted since the start
   Trust since_ = Trust::kConfirmed;  ///< the state, were the pose of the snapshot confirmed
   bool held_ = false;                ///< frames since VO's reference, whatever the state
   std::uint32_t refusals_ = 0;

@@ -155,6 +155,7 @@ void draw_map(Svg& svg, const Panel& panel, const ReplayPlot& plot, double magni
 /// Colours of trust, from good to bad.
 const char* colour_of_trust(const std::string& state) {
   if (state == "confirmed") return "#009E73";
+  if (state == "claimed") return "#999999";
   if (state == "coasting") return "#56B4E9";
   return state == "lost" ? "#B00020" : "#E69F00";
 }

@@ -33,7 +33,7 @@ struct ErrorSample {
 struct PlotTrust {
   double from_m = 0.0;
   double to_m = 0.0;
-  std::string state;  ///< confirmed, coasting, unconfirmed or lost
+  std::string state;  ///< confirmed, claimed, coasting, unconfirmed or lost
 };
 
 /// What to draw. Every list may be empty; what is absent is left out of the legend too.

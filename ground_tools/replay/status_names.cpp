@@ -93,8 +93,8 @@ std::string attitude_status_name(std::uint8_t value) {
 }
 
 std::string trust_name(std::uint8_t value) {
-  static const char* const names[] = {"confirmed", "coasting", "unconfirmed", "lost"};
-  return pick<kTrustStates>(names, value);
+  static const char* const names[] = {"confirmed", "coasting", "unconfirmed", "lost", "claimed"};
+  return pick<kTrustCount>(names, value);
 }
 
 std::string map_status_name(std::uint8_t value) {

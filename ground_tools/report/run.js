@@ -47,7 +47,8 @@ const Run = (() => {
     },
     fixes: {...kVerdicts, applied: 'used: the pose was corrected'},
     trust: {
-      confirmed: 'every step since the start or the last fix was measured',
+      confirmed: 'a fix proved the pose, and every step since was measured',
+      claimed: 'the start is as it was told, and no fix has proved it yet',
       coasting: 'held, or moved by motion priors',
       unconfirmed: 'the start was wide, a step was guessed or doubted, or a fix contradicts',
       lost: 'not known where the rover is',

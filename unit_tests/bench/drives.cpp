@@ -105,7 +105,6 @@ void DrivenRover::drive(const DriveCase& c, std::uint64_t seed, DriveResult& out
   fix_created_ = 0;
   applied_created_ = 0;
   open_ = false;
-  confirmed_by_fix_ = false;
   against_nats_ = 0.0;
   out = {};
   double next_m = 1.0;
@@ -192,7 +191,7 @@ void DrivenRover::begin_fix(std::uint32_t frame) {
   trust_.snapshot();
   fix_lost_ = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
   MapFixParams params;
-  if (confirmed_by_fix_ && trust_.state() == Trust::kConfirmed)
+  if (trust_.state() == Trust::kConfirmed)
     params.search.verdict.prior_log_odds = cfg::kMission.track_log_odds;
   const Vec2 pivot_site = T_site_rover_.translation();
   const MapFixStatus begun =
@@ -247,7 +246,6 @@ void DrivenRover::apply_fix(DriveResult& out) {
   if (tells_nothing && refuted) event = TrustEvent::kFixRefuted;
   if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;
   trust_.on(event);
-  confirmed_by_fix_ = applied || (confirmed_by_fix_ && trust_.state() == Trust::kConfirmed);
 }
 
 void DrivenRover::turn_about(const Vec2& pivot_map_m, const Pose2& correction) {

@@ -82,7 +82,6 @@ class DrivenRover {
   std::uint32_t applied_created_ = 0;  ///< ... by that of the last fix applied
   bool open_ = false;
   bool fix_lost_ = false;
-  bool confirmed_by_fix_ = false;
   double against_nats_ = 0.0;
 };
 

@@ -120,7 +120,7 @@ void check(const app::FrameReport& r) {
   below(r.pose_source, kPoseSourceCount);
   below(r.vo_status, kVoStatusCount);
   below(r.boulder_status, kObserveStatusCount);
-  below(r.trust, kTrustStates);
+  below(r.trust, kTrustCount);
   sound(r.T_map_cam_vo);
   sound(r.T_map_cam);
   finite(r.sigma_xy_m, r.sigma_yaw_rad, r.sigma_tilt_rad, r.sigma_z_m, r.rms_px, r.scale, r.turn_rad_per_m);

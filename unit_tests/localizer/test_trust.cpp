@@ -21,6 +21,8 @@ TrustState in_state(Trust state) {
   t.init({});
   if (state == Trust::kLost) return t;
   t.on(TrustEvent::kStartGiven);
+  if (state == Trust::kClaimed) return t;
+  t.on(TrustEvent::kFixAccepted);
   if (state == Trust::kCoasting) t.on(TrustEvent::kHeld);
   if (state == Trust::kUnconfirmed) t.on(TrustEvent::kGuessed);
   t.snapshot();
@@ -41,9 +43,10 @@ void test_before_any_start(void**) {
 }
 
 void test_commands(void**) {
-  for (const Trust from : {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost}) {
+  for (const Trust from :
+       {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost, Trust::kClaimed}) {
     assert_status(in_state(from).state(), from);
-    assert_status(after(from, TrustEvent::kStartGiven), Trust::kConfirmed);
+    assert_status(after(from, TrustEvent::kStartGiven), Trust::kClaimed);
     assert_status(after(from, TrustEvent::kStartWide), Trust::kUnconfirmed);
     assert_status(after(from, TrustEvent::kStartUnknown), Trust::kLost);
   }
@@ -80,6 +83,24 @@ void test_frames(void**) {
   assert_status(after(Trust::kCoasting, TrustEvent::kDoubted), Trust::kUnconfirmed);
 }
 
+/// What was told stays a claim through anything but a fix, and a bridge over held frames leads back to it.
+void test_a_claim_is_no_confirmation(void**) {
+  for (const TrustEvent e : {TrustEvent::kStepMeasured, TrustEvent::kCaughtUp, TrustEvent::kFixDeclined,
+                             TrustEvent::kFixUndecided})
+    assert_status(after(Trust::kClaimed, e), Trust::kClaimed);
+  TrustState t = in_state(Trust::kClaimed);
+  t.on(TrustEvent::kHeld);
+  assert_status(t.state(), Trust::kCoasting);
+  t.on(TrustEvent::kCaughtUp);
+  assert_status(t.state(), Trust::kClaimed);
+  for (const TrustEvent e :
+       {TrustEvent::kGuessed, TrustEvent::kDoubted, TrustEvent::kFixInconsistent, TrustEvent::kFixRefuted})
+    assert_status(after(Trust::kClaimed, e), Trust::kUnconfirmed);
+  t.snapshot();
+  t.on(TrustEvent::kFixAccepted);
+  assert_status(t.state(), Trust::kConfirmed);
+}
+
 /// No frame, good or bad, lifts a latched state.
 void test_latched(void**) {
   for (const Trust from : {Trust::kUnconfirmed, Trust::kLost}) {
@@ -92,7 +113,8 @@ void test_latched(void**) {
 }
 
 void test_fixes(void**) {
-  for (const Trust from : {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost}) {
+  for (const Trust from :
+       {Trust::kConfirmed, Trust::kCoasting, Trust::kUnconfirmed, Trust::kLost, Trust::kClaimed}) {
     assert_status(after(from, TrustEvent::kFixAccepted),
                   from == Trust::kCoasting ? Trust::kCoasting : Trust::kConfirmed);
     assert_status(after(from, TrustEvent::kFixUndecided), from);
@@ -139,8 +161,8 @@ void test_only_rows_count(void**) {
     t.on(between);
     t.on(TrustEvent::kFixDeclined);
     assert_int_equal(t.refusals(), 1);
-    if (between == TrustEvent::kFixAccepted || between == TrustEvent::kStartGiven)
-      assert_status(t.state(), Trust::kConfirmed);
+    if (between == TrustEvent::kFixAccepted) assert_status(t.state(), Trust::kConfirmed);
+    if (between == TrustEvent::kStartGiven) assert_status(t.state(), Trust::kClaimed);
   }
 }
 
@@ -197,13 +219,14 @@ void test_fix_of_a_held_frame(void**) {
   }
 }
 
-/// Any order: what makes a pose confirmed is a command, a fix, or a bridge over frames that were only held.
+/// Any order: what makes a pose confirmed is a fix, or a bridge over frames that were only held.
 void test_any_order(void**) {
   Random random(5);
   TrustState t;
   t.init({});
   bool guessed = true;  // since the last start, and since the snapshot of the last accepted fix
   bool guessed_since_snapshot = false;
+  bool fixed = false;
   for (int i = 0; i < 200000; ++i) {
     const Trust before = t.state();
     if (random.below(8) == 0) {
@@ -214,13 +237,18 @@ void test_any_order(void**) {
     t.on(e);
     if (e == TrustEvent::kGuessed || e == TrustEvent::kDoubted) guessed = guessed_since_snapshot = true;
     if (e == TrustEvent::kFixAccepted) guessed = guessed_since_snapshot;
-    if (e == TrustEvent::kStartGiven) guessed = guessed_since_snapshot = false;
-    if (e == TrustEvent::kStartUnknown || e == TrustEvent::kStartWide) guessed_since_snapshot = false;
+    const bool start =
+        e == TrustEvent::kStartGiven || e == TrustEvent::kStartUnknown || e == TrustEvent::kStartWide;
+    if (start) guessed_since_snapshot = false;
+    if (e == TrustEvent::kStartGiven) guessed = false;
     if (e == TrustEvent::kStartWide) guessed = true;
+    if (start) fixed = false;
+    if (e == TrustEvent::kFixAccepted) fixed = true;
+    if (t.state() == Trust::kClaimed) assert_false(guessed || fixed);
     if (t.state() == Trust::kConfirmed) {
-      assert_false(guessed);
-      if (before == Trust::kLost || before == Trust::kUnconfirmed)
-        assert_true(e == TrustEvent::kFixAccepted || e == TrustEvent::kStartGiven);
+      assert_true(fixed && !guessed);
+      if (before != Trust::kConfirmed && before != Trust::kCoasting)
+        assert_true(e == TrustEvent::kFixAccepted);
     }
     if (before == Trust::kLost && t.state() != Trust::kLost)
       assert_true(e == TrustEvent::kFixAccepted || e == TrustEvent::kStartGiven ||
@@ -236,6 +264,7 @@ int main() {
       cmocka_unit_test(test_commands),
       cmocka_unit_test(test_wide_starts),
       cmocka_unit_test(test_frames),
+      cmocka_unit_test(test_a_claim_is_no_confirmation),
       cmocka_unit_test(test_latched),
       cmocka_unit_test(test_fixes),
       cmocka_unit_test(test_refuted),

@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x3A79C200U, 0, 0};
-constexpr Golden kWhole = {35, 0x7B24B50AU, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x07C0CD19U, 0, 0};
+constexpr Golden kWhole = {35, 0xB153A982U, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 

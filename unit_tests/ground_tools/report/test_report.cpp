@@ -170,7 +170,7 @@ void test_every_status_has_words(void**) {
   for (std::uint8_t i = 2; i < kFixStatusCount; ++i) check(fix_status_name(i));
   for (std::uint8_t i = 2; i < kVoStatusCount; ++i) check(vo_status_name(i));
   for (std::uint8_t i = 0; i < kObserveStatusCount; ++i) check(observe_status_name(i));
-  for (std::uint8_t i = 0; i < kTrustStates; ++i) check(trust_name(i));
+  for (std::uint8_t i = 0; i < kTrustCount; ++i) check(trust_name(i));
 }
 
 /// What a reader does: presses everything, once the page is drawn.
