@@ -147,6 +147,16 @@ DriveSource open_drive(const RunOptions& options, const ReplayOptions& range) {
   return source;
 }
 
+/// What the scene's sensors read, where there are any.
+AttitudeTable simulated_attitudes(const sim::World& world) {
+  const sim::AttitudeSigma sigma = sim::told_sigma(world.scene().attitude);
+  AttitudeTable out;
+  for (const sim::AttitudeReading& r : world.attitude_readings())
+    out[static_cast<std::uint32_t>(r.frame)] = {
+        {r.up_rover.x(), r.up_rover.y(), r.up_rover.z()}, sigma.gravity_rad, r.yaw_rad, sigma.heading_rad};
+  return out;
+}
+
 /// The orthoimage is drawn under the map's coordinates.
 void check_ortho(const RunOptions& options, const std::string& map_system) {
   if (options.ortho.empty()) return;
@@ -206,6 +216,7 @@ void run(RunOptions options) {
   }
   const DriveSource source = open_drive(options, replay_options);
   const Drive& drive = *source.drive;
+  if (source.world && options.attitude.empty()) replay_options.attitudes = simulated_attitudes(*source.world);
   if (!options.mask.empty()) wear_mask(options.mask, drive.rig(), replay_options.params);
   title.truth_rocks = drive.truth_rocks();
   if (!options.ortho.empty())
@@ -273,7 +284,8 @@ void add_run_command(CLI::App& app) {
   command->add_option("--mask", options->mask,
                       "picture, white where the left camera sees the rover itself (default: the mission's)");
   command->add_option("--attitude", options->attitude,
-                      "table of gravity and headings that were measured (doc/guide/drives.md)");
+                      "table of gravity and headings that were measured (doc/guide/drives.md); default: the "
+                      "scene's [attitude]");
   command->add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");
   command->add_flag("--paper", options->paper, "use the paper's own choices throughout");
   command

@@ -103,6 +103,8 @@ void write_truth(const World& world, const fs::path& folder) {
   write_file(folder / "truth_rover.txt", rover_text(world));
   write_file(folder / "truth_rocks.csv", rocks_text(world));
   if (!world.terrain().craters().empty()) write_file(folder / "truth_craters.csv", craters_text(world));
+  if (world.scene().attitude.every_m > 0.0)
+    write_file(folder / "attitude.csv", attitude_text(world.scene().attitude, world.attitude_readings()));
   write_file(folder / "scene.toml", to_toml(world.scene()));
 }
 

@@ -9,7 +9,8 @@
 
 namespace cairn::ground::sim {
 
-/// calib.txt, truth_left_camera.tum, truth_rover.txt, truth_rocks.csv (rocks, no pebbles) and scene.toml.
+/// calib.txt, truth_left_camera.tum, truth_rover.txt, truth_rocks.csv (rocks, no pebbles) and scene.toml;
+/// where there are any, truth_craters.csv and attitude.csv.
 void write_truth(const World& world, const std::filesystem::path& folder);
 
 /// left/%06d.png and right/%06d.png of the frames `first` to `end` - 1, on all cores. Pairs that are there

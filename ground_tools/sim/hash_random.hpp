@@ -29,6 +29,8 @@ enum class Stream : std::uint64_t {
   kCampaign,
   kTrouble,
   kCraters,
+  kGravity,
+  kHeading,
 };
 
 constexpr std::uint64_t mix(std::uint64_t x) {

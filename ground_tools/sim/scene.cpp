@@ -167,6 +167,16 @@ void visit_traverse(V& v, Traverse& t) {
   v.number("slip_sideways", t.slip_sideways, 0.0, 0.5);
 }
 
+template <typename V>
+void visit_attitude(V& v, AttitudeSensor& a) {
+  v.section("attitude");
+  v.number("every_m", a.every_m, 0.0, 1.0e4);
+  v.number("gravity_noise_deg", a.gravity_noise_deg, 0.01, 10.0);
+  v.number("gravity_bias_deg", a.gravity_bias_deg, 0.0, 10.0);
+  v.number("heading_noise_deg", a.heading_noise_deg, 0.01, 10.0);
+  v.number("heading_bias_deg", a.heading_bias_deg, 0.0, 10.0);
+}
+
 void read_site(LayeredToml& reader, Site& site) {
   reader.section("site");
   double size_m = 0.0;
@@ -462,6 +472,7 @@ TomlKeys all_keys() {
   for (const char* key : {"name", "hfov_deg"}) keys.add(key);
   visit_traverse(keys, scene.traverse);
   for (const char* key : {"kind", "waypoints"}) keys.add(key);
+  visit_attitude(keys, scene.attitude);
   return keys;
 }
 
@@ -515,6 +526,7 @@ Scene load_scene(const std::filesystem::path& path, const std::vector<std::strin
   visit_ortho_camera(reader, scene.ortho_camera);
   read_rig(reader, scene.rig);
   read_traverse(reader, scene);
+  visit_attitude(reader, scene.attitude);
   return scene;
 }
 
@@ -535,6 +547,7 @@ std::string to_toml(const Scene& scene) {
   visit_traverse(writer, s.traverse);
   writer.text("kind", name_of(s.traverse.kind));
   if (s.traverse.kind == TraverseKind::kWaypoints) writer.waypoints(s.traverse.waypoints_map_m);
+  visit_attitude(writer, s.attitude);
   return writer.text_;
 }
 

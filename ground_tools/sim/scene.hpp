@@ -3,8 +3,8 @@
 ///
 /// A scene is read from TOML; doc/guide/simulator.md tells each key, unit and range. Keys are
 /// named as the members here, in the sections [site], [craters], [rocks], [sun], [ortho_sun], [light],
-/// [camera], [ortho_camera], [rig], [traverse]; `seed` stands before the first. Frames: map (x east,
-/// y north, z up; doc/FRAMES.md).
+/// [camera], [ortho_camera], [rig], [traverse], [attitude]; `seed` stands before the first. Frames: map
+/// (x east, y north, z up; doc/FRAMES.md).
 #pragma once
 
 #include <cstdint>
@@ -141,6 +141,16 @@ struct Traverse {
   std::vector<Vec2> waypoints_map_m;
 };
 
+/// An accelerometer's gravity and a sun sensor's heading (attitude_sensor.hpp). Standard deviations: noise is
+/// each reading's own, bias one draw for the whole drive.
+struct AttitudeSensor {
+  double every_m = 0.0;  ///< of way, from one reading to the next; 0: none
+  double gravity_noise_deg = 0.2;
+  double gravity_bias_deg = 0.0;
+  double heading_noise_deg = 0.2;
+  double heading_bias_deg = 0.0;
+};
+
 struct Scene {
   std::uint64_t seed = 1;
   Site site;
@@ -153,6 +163,7 @@ struct Scene {
   OrthoCamera ortho_camera;
   Rig rig;
   Traverse traverse;
+  AttitudeSensor attitude;
 };
 
 /// Reads `path` (empty: defaults throughout); then each of `sets`, "section.key=value", replaces a value.

@@ -425,6 +425,10 @@ Pose3 World::T_map_rover(std::size_t frame) const {
   return settle(path_.at(frame), [&](double x, double y) { return body_->terrain.height_m(x, y); });
 }
 
+std::vector<AttitudeReading> World::attitude_readings() const {
+  return read_attitude_sensors(scene_, path_, [this](std::size_t frame) { return T_map_rover(frame); });
+}
+
 namespace {
 
 /// Clears a packet for rays `make(pixel, place_u, place_v, k)` of two neighbouring pixels.

@@ -14,6 +14,7 @@
 #include <memory>
 #include <vector>
 
+#include "sim/attitude_sensor.hpp"
 #include "sim/rocks.hpp"
 #include "sim/scene.hpp"
 #include "sim/sensor.hpp"
@@ -60,6 +61,8 @@ class World {
   /// Where the rover stands, frame by frame: T_map_rover.
   const std::vector<PathPoint>& path() const { return path_; }
   Pose3 T_map_rover(std::size_t frame) const;
+  /// What the scene's attitude sensors read along it.
+  std::vector<AttitudeReading> attitude_readings() const;
 
   /// Radiance of the view; `depth`, where wanted, gets the z of the pixel's centre in the camera's frame (0:
   /// nothing there). To be called from any thread; each call works on one.

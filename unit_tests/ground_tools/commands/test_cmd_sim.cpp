@@ -6,6 +6,7 @@
 #include "dataset/dataset.hpp"
 #include "ground_tools/program.hpp"
 #include "ground_tools/raster_in_memory.hpp"
+#include "replay/attitude_file.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
@@ -39,7 +40,7 @@ void check_refused(const std::string& arguments, const char* what, const char* m
 }
 
 void test_writes_a_data_set(void**) {
-  assert_int_equal(cairn("sim" + kSmall + out("set") + " --ortho 0.01,0.025"), 0);
+  assert_int_equal(cairn("sim" + kSmall + out("set") + " --ortho 0.01,0.025 --set attitude.every_m=0.1"), 0);
   const Dataset set = Dataset::open(scratch.path("set"));
   assert_int_equal(set.size(), 4);
   assert_int_equal(set.rig().width_px, 64);
@@ -52,6 +53,8 @@ void test_writes_a_data_set(void**) {
   }
   assert_near((set.truth_cam(3)->t - set.truth_cam(0)->t).norm(), 0.18, 0.01);
   for (const TruthRock& rock : set.truth_rocks()) assert_true(rock.diameter_m >= 0.05);
+
+  assert_int_equal(read_attitudes(scratch.path("set/attitude.csv")).count(2), 1);  // after 0.12 m
 
   const Raster fine = read_orthoimage(scratch.path("set/ortho_10mm.tif"));
   const Raster coarse = read_orthoimage(scratch.path("set/ortho_25mm.tif"));
