@@ -37,6 +37,10 @@ inline constexpr int kMinorFrames = 30;  ///< a fix every 30 frames (METHOD, pip
 inline constexpr std::uint32_t kTaskWeight[kTaskCount] = {1, 4, 4, 4, 4};
 static_assert(static_cast<std::size_t>(Task::kFixApply) + 1 == kTaskCount, "a weight for each task");
 
+/// The same of rectifying a raw pair, which is no row: it is done before VO begins, in the mission's minor
+/// frame all the same. 13 cycles of the RAD750 an operation against 2.7.
+inline constexpr std::uint32_t kRawPairWeight = 5;
+
 /// Work on images grows with them. The longest frames met: VO 325 a pixel, where steps of half a metre are
 /// searched for; boulders 156, in noise.
 inline constexpr std::uint32_t kVoOps = 400 * static_cast<std::uint32_t>(kImagePixels);

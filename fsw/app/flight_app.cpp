@@ -250,9 +250,9 @@ bool FlightApp::take_pair() {
 
 bool FlightApp::rectify_pair(WorkBudget& slice) {
   if (!rectifier_.busy()) return false;
-  WorkBudget share(slice.left() < PairRectifier::kWeight ? 1U : slice.left() / PairRectifier::kWeight);
+  WorkBudget share(slice.left() < cfg::kRawPairWeight ? 1U : slice.left() / cfg::kRawPairWeight);
   const bool done = rectifier_.step(share) == Progress::kDone;
-  slice.charge(share.spent() * PairRectifier::kWeight);
+  slice.charge(share.spent() * cfg::kRawPairWeight);
   if (done) begin_pair(rectifier_.left(), rectifier_.right());
   return true;
 }

@@ -28,9 +28,6 @@ struct RawPairs {
 
 class PairRectifier {
  public:
-  /// What an operation weighs against one of VO, as cfg::kTaskWeight: 13 cycles of the RAD750 against 2.7.
-  static constexpr std::uint32_t kWeight = 5;
-
   /// `raw` is null where pairs come rectified. False: a table is missing, not of the rig's size, not what its
   /// CRC was made of or beyond what the remap takes; or there is no buffer, or no such image.
   bool init(const RawPairs* raw, const StereoRig& rig);

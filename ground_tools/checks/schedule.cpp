@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <iterator>
 
+#include "image/remap.hpp"
 #include "mission_cfg.hpp"
 #include "schedule.hpp"
 
@@ -16,5 +17,9 @@ int main() {
                 static_cast<unsigned long>(row.ops),
                 static_cast<unsigned long>(cairn::cfg::kTaskWeight[task]));
   }
+  // Of a rig whose pairs come raw: what a mission pays at most, before its rows begin.
+  std::printf("row\tvo raw pair\t0\t%d\t%lu\t%lu\n", cairn::cfg::kMinorFrames - 1,
+              static_cast<unsigned long>(2 * cairn::RemapJob::kMostUnit * cairn::cfg::kImageHeight),
+              static_cast<unsigned long>(cairn::cfg::kRawPairWeight));
   return 0;
 }

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <iterator>
 
+#include "image/remap.hpp"
+
 int main() {
   constexpr const char* kNames[] = {"vo", "boulders", "fix begin", "fix", "fix apply"};
   static_assert(std::size(kNames) == cairn::cfg::kTaskCount);
@@ -12,5 +14,7 @@ int main() {
     std::printf("unit\t%s\t%s\t%lu\t%lu\n", kNames[task], bound.what, static_cast<unsigned long>(bound.ops),
                 static_cast<unsigned long>(cairn::cfg::kTaskWeight[task]));
   }
+  std::printf("unit\tvo raw pair\ta row\t%lu\t%lu\n", static_cast<unsigned long>(cairn::RemapJob::kMostUnit),
+              static_cast<unsigned long>(cairn::cfg::kRawPairWeight));
   return 0;
 }
