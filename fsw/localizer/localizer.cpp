@@ -660,6 +660,7 @@ void Localizer::slipped() {
   carried_.reset();
   const double frames = params_.tracks.window_frames;
   fusion_.doubt(frames * params_.fusion.unseen_step_m, frames * params_.fusion.unseen_step_rad);
+  tilt_.doubt(frames * params_.tilt.unseen_step_m, frames * params_.tilt.unseen_step_rad);
 }
 
 /// Turns the site about a point of the map, and shifts it.

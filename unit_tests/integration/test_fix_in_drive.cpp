@@ -380,8 +380,8 @@ void test_a_doubted_step_tears_the_local_map(void**) {
 }
 
 /// A slip that nothing tells of: what is in view lies aside of what the boulders before agree with. The
-/// fix is not used, the pose stands, unconfirmed and as uncertain as after frames without VO, and the next
-/// local map is of what is in view alone.
+/// fix is not used, the pose stands, unconfirmed and as uncertain as after frames without VO, height and tilt
+/// with it, and the next local map is of what is in view alone.
 void test_a_slip_is_seen_in_what_is_in_view(void**) {
   static LocalMap before;
   static LocalMap after;
@@ -409,11 +409,14 @@ void test_a_slip_is_seen_in_what_is_in_view(void**) {
     localizer.tracks().build(after);
     if (!slipped) {
       assert_at_most(localizer.fusion().sigma_xy_m(), 0.2);
+      assert_at_most(localizer.tilt().sigma_tilt_rad(), 0.1);
       continue;
     }
     assert_near((localizer.T_map_rover().t - pose.t).norm(), 0.0, 0.0);
     assert_status(localizer.trust(), Trust::kUnconfirmed);
     assert_at_least(localizer.fusion().sigma_xy_m(), 1.0);
+    assert_at_least(localizer.tilt().sigma_z_m(), 1.0);
+    assert_at_least(localizer.tilt().sigma_tilt_rad(), 0.5);
     assert_true(!after.empty() && after.size() <= in_view.size());
     for (const LocalBoulder& b : after) assert_true(b.in_view);
   }
