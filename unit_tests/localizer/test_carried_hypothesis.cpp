@@ -72,6 +72,16 @@ void test_no_boulder_counts_twice(void**) {
   assert_int_equal(h.mark(aside, Vec2(0.0, 0.0)), 0);
 }
 
+/// A turn that odometry does not know of moves what lies far from the rover, and little beside it.
+void test_the_reach_grows_with_the_distance(void**) {
+  CarriedHypothesis h = begun();
+  for (int k = 0; k < 5; ++k) carry(h, driven(0.5));
+  LocalMap aside = boulders(0.0, 1);
+  aside[0].p_site_m.y() = 0.7;
+  assert_int_equal(h.mark(aside, Vec2(0.0, 0.0)), 1);
+  assert_int_equal(h.mark(aside, Vec2(0.0, -60.0)), 0);
+}
+
 void test_windows_prove_it_together(void**) {
   const VerdictParams params;
   CarriedHypothesis h = begun(6.0);
@@ -83,6 +93,17 @@ void test_windows_prove_it_together(void**) {
   assert_int_equal(h.sum().windows(), 2);
   assert_near(h.T_map_site().x_m, 1.01, 0.0);
   assert_near(h.covariance()(0, 0), 0.5 * covariance(0, 0), 0.0);
+}
+
+/// Its heading is an eighth of a turn on from the pose's: a step along the pose's x takes it north-east, and
+/// what its yaw may be off moves it north-west or south-east.
+void test_steps_in_its_own_axes(void**) {
+  CarriedHypothesis h;
+  const Mat3 yaw_alone = Vec3(1e-6, 1e-6, 1e-3).asDiagonal();
+  h.begin(poor(8.0), Pose2{1.0, 2.0, 0.5}, yaw_alone, boulders(0.0, 5));
+  carry(h, driven(4.0), 0.5 - 0.25 * kPi);
+  const double along = 0.5 * std::pow(4.0 * FusionParams().sigma_scale, 2);  // of the scale: north-east
+  assert_near(h.covariance()(0, 1), along - 0.5 * 16.0 * 1e-3, 2e-4);
 }
 
 /// In the hypothesis' own heading: on a drive along its y axis what grows is x, by what its yaw may be off.
@@ -116,6 +137,11 @@ void test_what_ends_it(void**) {
   carry(h, driven(40.0));
   assert_false(h.alive());  // as uncertain as a start that is not known
 
+  const Mat3 turned = Vec3(0.0025, 0.0016, 0.02).asDiagonal();  // 0.14 rad, of 0.1
+  h.begin(poor(8.0), Pose2{1.0, 2.0, 0.5}, turned, boulders(0.0, 5));
+  carry(h, driven(0.01));
+  assert_false(h.alive());  // the same of its heading
+
   h = begun();
   const std::size_t room = CarriedHypothesis::kPlaces - 5;
   h.add(poor(1.0), h.T_map_site(), covariance, boulders(10.0, room));
@@ -134,7 +160,9 @@ void test_what_ends_it(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_no_boulder_counts_twice),
+      cmocka_unit_test(test_the_reach_grows_with_the_distance),
       cmocka_unit_test(test_windows_prove_it_together),
+      cmocka_unit_test(test_steps_in_its_own_axes),
       cmocka_unit_test(test_odometry_carries_it),
       cmocka_unit_test(test_what_ends_it),
   };

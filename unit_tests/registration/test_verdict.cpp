@@ -42,10 +42,8 @@ void add_local(const Vec2& p_map, float diameter_m = 0.0F) {
   assert_true(local_map.push_back(b));
 }
 
-/// Scattered boulders in the window; `truths` of those within 5 m seen with noise, and `others`.
-void lay(Random& random, double per_m2, int truths, int others, double noise_m) {
+void lay_map(Random& random, double per_m2) {
   map_boulders.clear();
-  local_map.clear();
   const int count = static_cast<int>(per_m2 * kPi * kWindow_m * kWindow_m);
   while (static_cast<int>(map_boulders.size()) < count) {
     const Vec2 p(uniform(random, -kWindow_m, kWindow_m), uniform(random, -kWindow_m, kWindow_m));
@@ -54,6 +52,12 @@ void lay(Random& random, double per_m2, int truths, int others, double noise_m) 
     b.p_map_m = kCentre + p;
     assert_true(map_boulders.push_back(b));
   }
+}
+
+/// Scattered boulders in the window; `truths` of those within 5 m seen with noise, and `others`.
+void lay(Random& random, double per_m2, int truths, int others, double noise_m) {
+  local_map.clear();
+  lay_map(random, per_m2);
   for (const MapBoulder& b : map_boulders) {
     if (truths == 0) break;
     if ((b.p_map_m - kCentre).norm() > 5.0) continue;
@@ -431,6 +435,54 @@ void test_clusters_count_for_less(void**) {
   assert_true(n > 10 && together < 0.75 * job.result().S && together > 0.3 * job.result().S);
 }
 
+/// Boulders in a row, each within reach of the next, are one cluster in whatever order they come; a row apart
+/// from it is another.
+void test_links_join_clusters(void**) {
+  map_boulders.clear();
+  local_map.clear();
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  const double link_m = 0.9 * kCrowdSigmas * params.sigma_pair_m;
+  for (const int place : {0, 2, 4, 20, 1, 3, 21}) add_local(kCentre + Vec2(link_m * place, 0.0));
+  Random random(3);
+  lay_map(random, 0.5);
+  assert_status(ground.start(map_boulders, kCentre, kWindow_m, 0.05, 0.4), GridStatus::kRunning);
+  assert_true(test::run_whole(ground));
+  assert_true(see(params));
+  assert_int_equal(seen.size(), 7);
+  for (const int i : {1, 2, 4, 5})
+    assert_int_equal(seen[static_cast<std::size_t>(i)].cluster, seen[0].cluster);
+  assert_int_equal(seen[6].cluster, seen[3].cluster);
+  assert_true(seen[3].cluster != seen[0].cluster);
+}
+
+/// A local boulder that knows its own place worse is looked for farther off, and pulls less.
+void test_own_sigma_of_a_boulder(void**) {
+  Random random(5);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  const PosePrior prior = prior_of(0.2, 0.03, kTruth);
+  lay(random, 0.3, 10, 0, 0.02);
+  weigh(params, prior, kTruth);
+  const double exact = job.result().covariance(0, 0);
+  for (LocalBoulder& b : local_map) b.sigma_m = 0.12F;
+  weigh(params, prior, kTruth);
+  for (const Sighting& s : seen) assert_near(s.sigma_m, 0.13, 1e-6);  // 5, 12, 13
+  assert_at_least(job.result().covariance(0, 0), 2.0 * exact);
+}
+
+/// A prior whose heading is told a whole turn on is the same prior.
+void test_headings_of_priors_wrap(void**) {
+  Random random(6);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  lay(random, 0.5, 12, 4, 0.03);
+  weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+  const double once = job.result().log_ratio;
+  weigh(params, prior_of(0.2, 0.03, {0.0, 0.0, kYaw + 2.0 * kPi, 1.0}), kTruth);
+  assert_near(job.result().log_ratio, once, 1e-6);
+}
+
 // ---- the verdict ------------------------------------------------------------------------------------------
 
 Evidence strong() {
@@ -561,6 +613,9 @@ int main() {
       cmocka_unit_test(test_slices_give_the_same),
       cmocka_unit_test(test_density_is_local),
       cmocka_unit_test(test_clusters_count_for_less),
+      cmocka_unit_test(test_links_join_clusters),
+      cmocka_unit_test(test_own_sigma_of_a_boulder),
+      cmocka_unit_test(test_headings_of_priors_wrap),
       cmocka_unit_test(test_each_verdict),
       cmocka_unit_test(test_boulders_in_view),
       cmocka_unit_test(test_view_log_is_a_bound),
