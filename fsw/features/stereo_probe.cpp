@@ -86,6 +86,7 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
       const bool right = prepared_++ == 1;
       prepare(right ? right_ : left_, right ? v_ + right_lower_px_ : v_, right ? right_band_ : left_band_,
               right);
+      if (right) sum_windows();
     }
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
@@ -127,6 +128,12 @@ void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band, bool compl
   }
 }
 
+void StereoProbeJob::sum_windows() {
+  const std::uint32_t* quarters = right_band_.quarters;
+  for (int x = 0; x + kSide <= right_.width; ++x)
+    right_windows_[x] = static_cast<std::uint16_t>(both_halves(quarters[x] + quarters[x + kHalf]));
+}
+
 StereoProbeJob::Range StereoProbeJob::search_range(int u, int v) const {
   const double d = plane_[0] * u + plane_[1] * v + plane_[2];
   double low = d * (1.0 - params_.below) - 2.0;
@@ -149,8 +156,11 @@ std::uint32_t StereoProbeJob::limit_above(std::uint32_t least) const {
 void StereoProbeJob::scan(Search& s, int from_d, int to_d, int by) const {
   const std::uint32_t left[2] = {left_band_.quarters[s.x], left_band_.quarters[s.x + kHalf]};
   const std::uint32_t* right = &right_band_.quarters[s.x - from_d];
+  const std::uint16_t* window = &right_windows_[s.x - from_d];
   std::uint32_t most = s.limit + s.left_sum;
-  for (int d = from_d; d != to_d + by; d += by, right -= by) {
+  for (int d = from_d; d != to_d + by; d += by, right -= by, window -= by) {
+    // -limit <= left_sum - *window <= limit, in one comparison.
+    if (most - *window > 2U * s.limit) continue;
     const std::uint32_t quarters =
         2 * (above(left[0], complement(right[0])) + above(left[1], complement(right[kHalf]))) + right[0] +
         right[kHalf];

@@ -9,9 +9,9 @@
 ///
 /// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the window
 /// are together no larger than the sum of the pixels' differences, so that where they exceed what could still
-/// be the least or its rival, the disparity is neither (successive elimination; first the window's quarters,
-/// then its half columns). The search begins at the last probe's disparity, next to which the least usually
-/// lies. The answer is that of the whole comparison, to the bit.
+/// be the least or its rival, the disparity is neither (successive elimination; first the sums of whole
+/// windows, then of quarters, then of half columns). The search begins at the last probe's disparity, next to
+/// which the least usually lies. The answer is that of the whole comparison, to the bit.
 ///
 /// Two pixels at a time: a band of eight rows is stored as words that hold one pixel of the upper four rows
 /// and one of the lower four, sixteen bits each.
@@ -118,6 +118,7 @@ class StereoProbeJob {
   bool row_is_in_right() const;
   void next_row();
   static void prepare(const ImageU8& image, int v, Band& band, bool complements);
+  void sum_windows();
   Range search_range(int u, int v) const;
   std::uint32_t limit_above(std::uint32_t least) const;
   void scan(Search& search, int from_d, int to_d, int by) const;
@@ -139,6 +140,7 @@ class StereoProbeJob {
   int last_d_ = 0;    ///< where the last search ended
   Band left_band_;
   Band right_band_;
+  std::uint16_t right_windows_[cfg::kImageWidth];  ///< sums of windows, by their left rim
   Probes probes_;
 };
 

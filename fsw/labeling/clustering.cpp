@@ -26,7 +26,7 @@ ClusteringStatus ClusteringJob::start(const ClusteringParams& params, const Clus
   if (params.linkage == Linkage::kAverage && points.size() > cfg::kMaxAverageLinkagePoints) {
     return status_ = ClusteringStatus::kTooManyPoints;
   }
-  points_ = points;
+  points_ = &points;
   for (std::size_t i = 0; i < points.size(); ++i) root_of_[i] = kNone;
   cursor_ = 0;
   queue_size_ = 0;
@@ -36,7 +36,7 @@ ClusteringStatus ClusteringJob::start(const ClusteringParams& params, const Clus
 }
 
 double ClusteringJob::distance2(std::size_t a, std::size_t b) const {
-  return (points_[a].p_m - points_[b].p_m).squaredNorm();
+  return ((*points_)[a].p_m - (*points_)[b].p_m).squaredNorm();
 }
 
 // ---- single linkage: components of the graph of close points ----------------------------------------------
@@ -50,15 +50,15 @@ void ClusteringJob::spread_unit() {
   }
   const std::size_t at = queue_[cursor_++];
   const double cut2 = params_.cut_m * params_.cut_m;
-  const ClusterPoint* points = points_.data();
-  for (std::size_t i = seed_ + 1; i < points_.size(); ++i) {
+  const ClusterPoint* points = points_->data();
+  for (std::size_t i = seed_ + 1; i < points_->size(); ++i) {
     if (root_of_[i] != kNone) continue;
     const double dx = points[i].p_m.x() - points[at].p_m.x();
     if (dx * dx > cut2 || distance2(at, i) > cut2) continue;  // most are far off on the first axis
     root_of_[i] = root_of_[at];
     queue_[queue_size_++] = static_cast<std::uint16_t>(i);
   }
-  if (cursor_ == points_.size()) phase_ = Phase::kNumber;
+  if (cursor_ == points_->size()) phase_ = Phase::kNumber;
 }
 
 // ---- average linkage --------------------------------------------------------------------------------------
@@ -81,13 +81,13 @@ void ClusteringJob::matrix_unit() {
   nearest_[a] = kNone;
   members_[a] = 1;
   root_of_[a] = static_cast<std::uint16_t>(a);
-  if (cursor_ == points_.size()) phase_ = Phase::kMerge;
+  if (cursor_ == points_->size()) phase_ = Phase::kMerge;
 }
 
 /// The nearest cluster above `a`; of equal ones the lowest.
 void ClusteringJob::find_nearest(std::size_t a) {
   nearest_[a] = kNone;
-  for (std::size_t b = a + 1; b < points_.size(); ++b) {
+  for (std::size_t b = a + 1; b < points_->size(); ++b) {
     if (members_[b] == 0) continue;
     const double d = between(a, b);
     if (nearest_[a] != kNone && d >= nearest_m_[a]) continue;
@@ -100,7 +100,7 @@ void ClusteringJob::find_nearest(std::size_t a) {
 /// False: none are within the cut.
 bool ClusteringJob::merge_unit() {
   std::size_t a = kNone;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (std::size_t i = 0; i < points_->size(); ++i) {
     if (members_[i] == 0 || nearest_[i] == kNone) continue;
     if (nearest_[i] == kStale) {
       find_nearest(i);
@@ -117,7 +117,7 @@ bool ClusteringJob::merge_unit() {
 void ClusteringJob::join(std::size_t a, std::size_t b) {
   const double weight_a = members_[a];
   const double weight_b = members_[b];
-  for (std::size_t k = 0; k < points_.size(); ++k) {
+  for (std::size_t k = 0; k < points_->size(); ++k) {
     if (root_of_[k] == b) root_of_[k] = static_cast<std::uint16_t>(a);
     if (k == a || k == b || members_[k] == 0) continue;
     double& mean = between(a, k);
@@ -134,7 +134,7 @@ void ClusteringJob::join(std::size_t a, std::size_t b) {
 
 /// Roots are the lowest points, so numbering them as they come numbers the clusters as they first occur.
 void ClusteringJob::number_clusters() {
-  for (std::size_t i = 0; i < points_.size(); ++i) {
+  for (std::size_t i = 0; i < points_->size(); ++i) {
     const std::size_t root = root_of_[i];
     const auto number = root == i ? static_cast<std::uint16_t>(result_.clusters) : result_.cluster_of[root];
     if (root == i) {
@@ -152,18 +152,18 @@ void ClusteringJob::number_clusters() {
 void ClusteringJob::label_unit() {
   const std::size_t label = cursor_++;
   std::size_t best = kNone;
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (points_[i].label == label) ++tally_[result_.cluster_of[i]];
+  for (std::size_t i = 0; i < points_->size(); ++i) {
+    if ((*points_)[i].label == label) ++tally_[result_.cluster_of[i]];
   }
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (points_[i].label != label) continue;
+  for (std::size_t i = 0; i < points_->size(); ++i) {
+    if ((*points_)[i].label != label) continue;
     const std::size_t cluster = result_.cluster_of[i];
     if (best == kNone || tally_[cluster] > tally_[best] ||
         (tally_[cluster] == tally_[best] && cluster < best)) {
       best = cluster;
     }
   }
-  for (std::size_t i = 0; i < points_.size(); ++i) tally_[result_.cluster_of[i]] = 0;
+  for (std::size_t i = 0; i < points_->size(); ++i) tally_[result_.cluster_of[i]] = 0;
   if (best != kNone) {
     if (first_label_[best] == 0) first_label_[best] = static_cast<std::uint8_t>(label);
     result_.merged_label[label] = first_label_[best];
@@ -173,7 +173,7 @@ void ClusteringJob::label_unit() {
 }
 
 bool ClusteringJob::unit(WorkBudget& budget) {
-  const auto n = static_cast<std::uint32_t>(points_.size());
+  const auto n = static_cast<std::uint32_t>(points_->size());
   switch (phase_) {
     case Phase::kSpread:
       if (!budget.take(spread_ops(n))) return false;

@@ -63,7 +63,7 @@ struct ClusteringResult {
   int labels_merged = 0;  ///< labels that gave way to a lower one
 };
 
-/// One clustering, resumable. The points are copied at start.
+/// One clustering, resumable. The points are borrowed until it is done.
 class ClusteringJob {
  public:
   static constexpr std::uint32_t spread_ops(std::size_t points) {
@@ -98,7 +98,7 @@ class ClusteringJob {
   ClusteringStatus status_ = ClusteringStatus::kIdle;
   Phase phase_ = Phase::kSpread;
   std::size_t cursor_ = 0;
-  ClusterPoints points_;
+  const ClusterPoints* points_ = nullptr;
 
   /// Lowest point of the cluster; kNone: not reached yet.
   std::uint16_t root_of_[cfg::kMaxClusterPoints] = {};

@@ -73,17 +73,39 @@ Progress RegionEvidenceJob::step(WorkBudget& budget) {
       open();
       continue;
     }
-    const std::uint32_t each = phase_ == Phase::kIndex ? 4U : phase_ == Phase::kGather ? kMostEach : 9U;
-    if (!budget.take(unit_ops(unit_end() - cursor_, each))) return Progress::kMore;
-    unit();
+    if (cursor_ < end_) {
+      const Span span = next_span();
+      const std::uint32_t each = phase_ == Phase::kIndex ? 4U : phase_ == Phase::kGather ? kMostEach : 9U;
+      if (!budget.take(unit_ops(span.end - span.begin, each))) return Progress::kMore;
+      unit(span);
+    }
     if (cursor_ == end_) next_phase();
   }
   status_ = RegionEvidenceStatus::kDone;
   return Progress::kDone;
 }
 
-std::size_t RegionEvidenceJob::unit_end() const {
-  return end_ - cursor_ < kUnitPoints ? end_ : cursor_ + kUnitPoints;
+/// The points of the next unit. Of a region: those of one row between its box's sides.
+RegionEvidenceJob::Span RegionEvidenceJob::next_span() const {
+  if (phase_ == Phase::kIndex || phase_ == Phase::kFit)
+    return {cursor_, end_ - cursor_ < kUnitPoints ? end_ : cursor_ + kUnitPoints};
+  const RegionBox& box = phase_ == Phase::kGather ? wide_ : near_;
+  const std::size_t row_end = first_at_or_below((*points_)[cursor_].v + 1);
+  const std::size_t begin = first_right_of(box.u_min - 1, cursor_, row_end);
+  return {begin, first_right_of(box.u_max, begin, row_end)};
+}
+
+/// Among the points of one row, which ascend.
+std::size_t RegionEvidenceJob::first_right_of(int u, std::size_t begin, std::size_t end) const {
+  while (begin < end) {
+    const std::size_t middle = begin + (end - begin) / 2;
+    if ((*points_)[middle].u <= u) {
+      begin = middle + 1;
+    } else {
+      end = middle;
+    }
+  }
+  return begin;
 }
 
 std::size_t RegionEvidenceJob::first_at_or_below(int v) const {
@@ -162,23 +184,23 @@ void RegionEvidenceJob::after_iteration() {
   }
 }
 
-void RegionEvidenceJob::unit() {
+void RegionEvidenceJob::unit(const Span& span) {
   SurfacePoint* const points = points_->data();
-  const std::size_t end = unit_end();
   switch (phase_) {
-    case Phase::kIndex: index(end); break;
+    case Phase::kIndex: index(span.end); return;
+    case Phase::kFit: fit(span.end); return;
     case Phase::kGather:
-      for (; cursor_ < end; ++cursor_) gather(cursor_);
+      for (std::size_t i = span.begin; i < span.end; ++i) gather(i);
       break;
-    case Phase::kFit: fit(end); break;
     case Phase::kOwn:
-      for (; cursor_ < end; ++cursor_) own(points[cursor_]);
+      for (std::size_t i = span.begin; i < span.end; ++i) own(points[i]);
       break;
     case Phase::kMark:
-      for (; cursor_ < end; ++cursor_) mark(points[cursor_]);
+      for (std::size_t i = span.begin; i < span.end; ++i) mark(points[i]);
       break;
-    case Phase::kOpen: break;
+    case Phase::kOpen: return;
   }
+  cursor_ = first_at_or_below(points[cursor_].v + 1);
 }
 
 void RegionEvidenceJob::index(std::size_t end) {
@@ -196,7 +218,6 @@ void RegionEvidenceJob::gather(std::size_t index) {
     labelled_ += index >= near_begin_ && index < near_end_ ? 1 : 0;
     return;
   }
-  if (p.u < wide_.u_min || p.u > wide_.u_max) return;
   ground_.append(static_cast<std::uint16_t>(index));
   plane_.x0 += p.p_site_m.x();
   plane_.y0 += p.p_site_m.y();
@@ -235,9 +256,7 @@ void RegionEvidenceJob::own(const SurfacePoint& p) {
 }
 
 void RegionEvidenceJob::mark(SurfacePoint& p) const {
-  const bool candidate =
-      p.label == region().label || (p.label == 0 && p.u >= near_.u_min && p.u <= near_.u_max);
-  if (candidate && is_raised(p)) p.raised = true;
+  if ((p.label == region().label || p.label == 0) && is_raised(p)) p.raised = true;
 }
 
 }  // namespace cairn

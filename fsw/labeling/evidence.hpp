@@ -37,7 +37,7 @@ inline constexpr std::size_t kMaxSurfacePoints = cfg::kMaxProbes;
 /// In scan order: rows of equal v, u rising.
 using SurfacePoints = FixedVector<SurfacePoint, kMaxSurfacePoints>;
 
-/// Bounding box of a region, px of the left image, inclusive.
+/// Bounding box of a region, px of the left image, inclusive. It holds all points that carry the label.
 struct RegionBox {
   std::uint8_t label = 0;
   std::int16_t u_min = 0;
@@ -68,15 +68,15 @@ class RegionEvidenceJob {
   static constexpr std::size_t kUnitPoints = 384;
   static constexpr std::uint32_t kOpenOps = 50;
   static constexpr std::uint32_t unit_ops(std::size_t points, std::uint32_t each) {
-    return 10U + each * static_cast<std::uint32_t>(points);
+    return 20U + each * static_cast<std::uint32_t>(points);
   }
   static constexpr std::uint32_t kMostEach = 12;
 
   /// `points` is borrowed until done and gets its `raised` set.
   RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions,
                              SurfacePoints& points);
-  /// Unit: 384 points, of all as they are sorted by rows, then of a region's rows, or of its ground in one
-  /// iteration of the plane; some 4600 operations at most. The same for every slicing.
+  /// Unit: 384 points, of all as they are sorted by rows, or of a region's ground in one iteration of the
+  /// plane; or its points in one row; some 4600 operations at most. The same for every slicing.
   Progress step(WorkBudget& budget);
   RegionEvidenceStatus status() const { return status_; }
   /// Regions that passed.
@@ -105,6 +105,11 @@ class RegionEvidenceJob {
     void add(double weight, double px, double py, double pz);
     void solve(Plane& plane) const;
   };
+  /// Points, from one on to before another.
+  struct Span {
+    std::size_t begin;
+    std::size_t end;
+  };
   std::size_t first_at_or_below(int v) const;
   const RegionBox& region() const { return (*regions_)[next_]; }
   void open();
@@ -113,8 +118,9 @@ class RegionEvidenceJob {
   void after_iteration();
   void enter(Phase phase, std::size_t begin, std::size_t end);
   void next_region();
-  std::size_t unit_end() const;
-  void unit();
+  Span next_span() const;
+  std::size_t first_right_of(int u, std::size_t begin, std::size_t end) const;
+  void unit(const Span& span);
   void index(std::size_t end);
   void gather(std::size_t index);
   void fit(std::size_t end);

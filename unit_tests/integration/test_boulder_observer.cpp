@@ -66,7 +66,33 @@ struct Tally {
   int matched = 0;
   int could_match = 0;
   double short_m = 0.0;  ///< mean over those on rocks
+  int rocks = 0;         ///< of 0.1 m and more, whole in the image, within 2.5 m over ground
+  int found = 0;         ///< of these
 };
+
+bool is_whole_in_view(const ground::TruthRock& rock, const Pose3& T_map_cam) {
+  const Vec3 p_map(rock.p_map_m.x(), rock.p_map_m.y(), rock.z_ground_map_m + 0.5 * rock.height_m);
+  const Vec3 p_cam = T_map_cam.inverse() * p_map;
+  const Vec3 away = p_map - T_map_cam.t;
+  if (rock.diameter_m < 0.10 || p_cam.z() < 0.2 || std::hypot(away.x(), away.y()) > 2.5) return false;
+  const StereoPixel at = project(rig, p_cam);
+  const double half_px = 0.5 * rock.diameter_m * rig.fx_px / p_cam.z();
+  return at.u_left >= half_px && at.u_left <= rig.width_px - half_px && at.v_left >= half_px &&
+         at.v_left <= rig.height_px - half_px;
+}
+
+void count_rocks(const Pose3& T_map_cam, Tally& t) {
+  for (const ground::TruthRock& rock : data.truth_rocks()) {
+    if (!is_whole_in_view(rock, T_map_cam)) continue;
+    ++t.rocks;
+    for (const BoulderSighting& s : observer.result()) {
+      const Vec2 p(s.p_site_m.x(), s.p_site_m.y());
+      if ((rock.p_map_m - p).norm() > std::max(0.10, 0.5 * rock.diameter_m)) continue;
+      ++t.found;
+      break;
+    }
+  }
+}
 
 Tally tally(const BoulderParams& params) {
   Tally t;
@@ -83,10 +109,11 @@ Tally tally(const BoulderParams& params) {
       ++t.on_rocks;
       t.short_m += n.short_m;
     }
+    count_rocks(pose(i), t);
   }
   t.short_m /= t.on_rocks;
-  print_message("%d sightings, %d on rocks, %.3f m short of them; %d of %d go on\n", t.sightings, t.on_rocks,
-                t.short_m, t.matched, t.could_match);
+  print_message("%d sightings, %d on rocks, %.3f m short of them; %d of %d rocks; %d of %d go on\n",
+                t.sightings, t.on_rocks, t.short_m, t.found, t.rocks, t.matched, t.could_match);
   return t;
 }
 
@@ -140,6 +167,7 @@ void test_boulders_lie_on_rocks(void**) {
   const Tally t = tally({});
   assert_at_least(t.sightings, kSanitized ? 15 : 100);
   assert_at_least(t.on_rocks, 0.85 * t.sightings);
+  assert_at_least(t.found, 0.75 * t.rocks);
   assert_at_least(t.matched, 0.7 * t.could_match);
   BoulderParams mean;
   mean.centre = BoulderCentre::kMean;

@@ -267,7 +267,7 @@ void test_slices_give_the_same(void**) {
     for (Progress progress = Progress::kMore; progress == Progress::kMore; ++steps) {
       WorkBudget budget(ops);
       progress = job.step(budget);
-      assert_at_most(budget.spent(), ops + 10 + 12 * RegionEvidenceJob::kUnitPoints);  // by one unit
+      assert_at_most(budget.spent(), ops + 20 + 12 * RegionEvidenceJob::kUnitPoints);  // by one unit
       assert_at_most(steps, 2000);
     }
     assert_true(steps > 1);
@@ -291,7 +291,7 @@ void test_no_unit_is_long(void**) {
   for (Progress progress = Progress::kMore; progress == Progress::kMore; ++units) {
     WorkBudget one(1);
     progress = job.step(one);
-    assert_at_most(one.spent(), 10 + 12 * RegionEvidenceJob::kUnitPoints);
+    assert_at_most(one.spent(), 20 + 12 * RegionEvidenceJob::kUnitPoints);
   }
   assert_at_least(units, 100);
   assert_int_equal(job.boulders(), 1);
