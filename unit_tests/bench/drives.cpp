@@ -21,6 +21,7 @@ constexpr double kClutter = 0.3;
 constexpr double kMapNoise_m = 0.040;
 constexpr double kFaceNoise_m = 0.020;  // of the sides of a boulder that are seen: the same in all frames
 constexpr double kSightNoise_m = 0.015;
+constexpr double kDiameter_m = 0.15;
 
 // VO's own matches, a step.
 constexpr double kVoNoise_m = 0.0003;
@@ -169,11 +170,13 @@ void DrivenRover::look(Rng& rng, std::uint32_t frame) {
     const Vec2 p_site = T_site_rover_ * p_rover;
     BoulderSighting s;
     s.p_site_m = Vec3(p_site.x(), p_site.y(), 0.0);
-    s.diameter_m = 0.15F;
+    s.diameter_m = static_cast<float>(kDiameter_m);
     s.range_m = static_cast<float>(p_rover.norm());
     s.points = 20;
-    s.previous = rock.last;
+    // Votes are of points that lie on one another (localizer/boulder_observer.hpp).
+    s.previous = (p_site - rock.last_site_m).norm() < kDiameter_m ? rock.last : 0;
     (void)seen.push_back(s);
+    rock.last_site_m = p_site;
     rock.last = static_cast<std::uint8_t>(seen.size());
   }
   tracks_.start(seen, frame);

@@ -51,7 +51,8 @@ class DrivenRover {
  private:
   struct Rock {
     Vec2 p_map_m;
-    std::uint8_t last = 0;  ///< sighting of the frame before, plus 1
+    std::uint8_t last = 0;              ///< sighting of the frame before, plus 1 ...
+    Vec2 last_site_m = Vec2(0.0, 0.0);  ///< ... and where that lay
   };
   void lay(Rng& rng, const DriveCase& c);
   void step(Rng& rng, const DriveCase& c, std::uint32_t frame);
