@@ -75,7 +75,7 @@ std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min
   const bool wkt = point && !table.find({"x_m", "x"});
   const std::size_t x = wkt ? *point : table.column({"x_m", "x"});
   const std::size_t y = wkt ? *point : table.column({"y_m", "y"});
-  const std::size_t diameter = table.column({"diameter_m", "diameter"});
+  const std::size_t diameter = table.column({"diameter_m", "diameter", "size"});
   const std::optional<std::size_t> kind = table.find({"kind"});
   struct Optional {
     std::optional<std::size_t> column;

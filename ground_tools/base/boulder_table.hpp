@@ -44,7 +44,7 @@ MapExtent extent_of(const std::vector<TableBoulder>& boulders);
 std::string to_csv(const std::vector<TableBoulder>& boulders, const std::vector<TableBoulder>& craters = {});
 
 /// Reads a CSV table with a header line. Columns may stand in any order and others are passed over; x or x_m,
-/// y or y_m, diameter or diameter_m must be there (or wkt, with points, in place of x and y: QGIS); the
+/// y or y_m, diameter, diameter_m or size must be there (or wkt, with points, in place of x and y: QGIS); the
 /// others of to_csv are taken where they are, and a field of theirs may be empty. Boulders smaller than
 /// `min_diameter_m` are left out, and so are lines of kind crater.
 ///

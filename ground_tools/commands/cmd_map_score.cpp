@@ -1,14 +1,17 @@
 // cairn map score
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "base/tool_error.hpp"
 #include "commands/cmd_map.hpp"
+#include "dataset/trajectory.hpp"
 #include "map/geopackage.hpp"
 #include "map/score.hpp"
+#include "map/way_file.hpp"
 #include "ortho/reference_system.hpp"
 #include "ortho/true_scale.hpp"
 
@@ -21,6 +24,8 @@ struct ScoreOptions {
   fs::path map;
   fs::path truth;
   std::string sun;
+  fs::path way;
+  double entry_diameter_m = 0.0;
   bool json = false;
   ScoreParams params;
 };
@@ -59,12 +64,33 @@ Json score_json(const ScoreOptions& options, const MapScore& score, const std::v
   return json;
 }
 
+/// A planned way, or what a run drove.
+std::vector<Vec2> way_of(const fs::path& path, const std::string& system) {
+  if (path.extension() != ".tum") return read_way(path, system);
+  std::vector<Vec2> way;
+  for (const StampedPose& p : read_tum(path)) way.emplace_back(p.pose.t.x(), p.pose.t.y());
+  if (way.size() < 2) throw ToolError("{}: has fewer than two poses; give a way", path.string());
+  return way;
+}
+
+/// What a run saw of the ground is scored along its way, not where its boulders end.
+MapExtent around(const std::vector<Vec2>& way, double within_m) {
+  MapExtent box{way[0].x(), way[0].y(), way[0].x(), way[0].y()};
+  for (const Vec2& p : way) {
+    box.min_x_m = std::min(box.min_x_m, p.x());
+    box.min_y_m = std::min(box.min_y_m, p.y());
+    box.max_x_m = std::max(box.max_x_m, p.x());
+    box.max_y_m = std::max(box.max_y_m, p.y());
+  }
+  return {box.min_x_m - within_m, box.min_y_m - within_m, box.max_x_m + within_m, box.max_y_m + within_m};
+}
+
 void print_score(const ScoreOptions& options) {
   std::vector<TableBoulder> entries;
   MapExtent extent;
   std::string system;
   if (options.map.extension() == ".csv") {
-    entries = read_csv(options.map);
+    entries = read_csv(options.map, options.entry_diameter_m);
     extent = extent_of(entries);
   } else {
     CmapContent map = load_map(options.map);
@@ -72,7 +98,14 @@ void print_score(const ScoreOptions& options) {
     extent = map.extent;
     system = map.reference_system;
   }
-  const ScoreParams& p = options.params;
+  ScoreParams p = options.params;
+  if (!options.way.empty()) {
+    p.way_map_m = way_of(options.way, system);
+    if (options.map.extension() == ".csv") {
+      extent = around(p.way_map_m, p.within_m);
+      p.margin_m = 0.0;
+    }
+  }
   std::vector<TableBoulder> truth = read_csv(options.truth);
   const std::string truth_system = reference_beside(options.truth);
   if (!is_local_reference(system) && !is_local_reference(truth_system) &&
@@ -113,6 +146,15 @@ void add_map_score(CLI::App& map) {
   const auto score = std::make_shared<ScoreOptions>();
   CLI::App* score_app = map.add_subcommand("score", "compare a map, or a table, with the true rocks");
   score_app->add_option("MAP", score->map, "map (.cmap) or table (.csv)")->required();
+  score_app->add_option("--way", score->way,
+                        "only what lies near a way: that of a run (.tum), or one that was planned");
+  score_app->add_option("--within", score->params.within_m, "how near, m")
+      ->default_val(15.0)
+      ->check(CLI::PositiveNumber);
+  score_app
+      ->add_option("--entry-diameter", score->entry_diameter_m,
+                   "smallest entry of a table that counts, m (a run's boulders.csv, say)")
+      ->check(CLI::NonNegativeNumber);
   score_app
       ->add_option(
           "--truth", score->truth,

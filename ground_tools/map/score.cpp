@@ -35,8 +35,7 @@ void score_recall(const std::vector<TableBoulder>& entries, const std::vector<Ta
   std::vector<double> errors_m;
   Vec2 shift_m(0.0, 0.0);
   for (const TableBoulder& rock : truth) {
-    if (rock.diameter_m < params.recall_diameter_m || !extent.contains(rock.p_map_m, params.margin_m))
-      continue;
+    if (rock.diameter_m < params.recall_diameter_m || !counts(params, extent, rock.p_map_m)) continue;
     ++score.rocks;
     const TableBoulder* nearest = nearest_entry(entries, cells, rock, params);
     if (nearest == nullptr) continue;
@@ -55,7 +54,7 @@ void score_precision(const std::vector<TableBoulder>& entries, const std::vector
   const double reach_m = std::max(params.distance_m, 0.5 * largest_m);
   const BoulderCells cells(truth, Vec2(0.0, 0.0), std::max(reach_m, kCell_m));
   for (const TableBoulder& entry : entries) {
-    if (!extent.contains(entry.p_map_m, params.margin_m)) continue;
+    if (!counts(params, extent, entry.p_map_m)) continue;
     ++score.entries;
     bool right = false;
     cells.within(entry.p_map_m, reach_m, [&](std::size_t i, double distance_m) {
@@ -66,7 +65,23 @@ void score_precision(const std::vector<TableBoulder>& entries, const std::vector
   }
 }
 
+double distance_m(const Vec2& from, const Vec2& to, const Vec2& p) {
+  const Vec2 leg = to - from;
+  const double share =
+      leg.squaredNorm() > 0.0 ? std::clamp((p - from).dot(leg) / leg.squaredNorm(), 0.0, 1.0) : 0.0;
+  return (from + share * leg - p).norm();
+}
+
 }  // namespace
+
+bool counts(const ScoreParams& params, const MapExtent& extent, const Vec2& p_map_m) {
+  if (!extent.contains(p_map_m, params.margin_m)) return false;
+  if (params.way_map_m.empty()) return true;
+  for (std::size_t i = 1; i < params.way_map_m.size(); ++i) {
+    if (distance_m(params.way_map_m[i - 1], params.way_map_m[i], p_map_m) <= params.within_m) return true;
+  }
+  return false;
+}
 
 MapScore score_map(const std::vector<TableBoulder>& entries, const std::vector<TableBoulder>& truth,
                    const MapExtent& extent, const ScoreParams& params) {
@@ -83,7 +98,7 @@ std::vector<SizeClass> score_by_size(const std::vector<TableBoulder>& entries,
                                      const ScoreParams& params) {
   double largest_m = 0.0;
   for (const TableBoulder& rock : truth) {
-    if (extent.contains(rock.p_map_m, params.margin_m)) largest_m = std::max(largest_m, rock.diameter_m);
+    if (counts(params, extent, rock.p_map_m)) largest_m = std::max(largest_m, rock.diameter_m);
   }
   const BoulderCells cells = cells_of(entries, params);
   std::vector<SizeClass> classes;
@@ -94,8 +109,7 @@ std::vector<SizeClass> score_by_size(const std::vector<TableBoulder>& entries,
     std::vector<double> errors_m;
     std::vector<double> ratios;
     for (const TableBoulder& rock : truth) {
-      if (rock.diameter_m < c.from_m || rock.diameter_m >= c.to_m ||
-          !extent.contains(rock.p_map_m, params.margin_m)) {
+      if (rock.diameter_m < c.from_m || rock.diameter_m >= c.to_m || !counts(params, extent, rock.p_map_m)) {
         continue;
       }
       ++c.rocks;

@@ -11,6 +11,8 @@ namespace cairn::ground {
 
 struct ScoreParams {
   double margin_m = 0.5;            ///< rocks and entries nearer than this to the extent's rim do not count
+  std::vector<Vec2> way_map_m;      ///< of a drive: what lies farther from it than within_m does not count;
+  double within_m = 0.0;            ///< no way: all counts
   double recall_diameter_m = 0.15;  ///< true rocks of this size and more are to be found
   double precision_diameter_m = 0.08;  ///< true rocks of this size and more make an entry right
   double distance_m = 0.10;  ///< an entry belongs to a rock within this, or within half the rock's diameter
@@ -29,6 +31,9 @@ struct MapScore {
     return entries == 0 ? 0.0 : static_cast<double>(right) / static_cast<double>(entries);
   }
 };
+
+/// Whether what lies there counts.
+bool counts(const ScoreParams& params, const MapExtent& extent, const Vec2& p_map_m);
 
 /// Compares `entries` (a map that covers `extent`) with `truth`.
 MapScore score_map(const std::vector<TableBoulder>& entries, const std::vector<TableBoulder>& truth,

@@ -201,6 +201,21 @@ void test_score(void**) {
   assert_true(json["rocks"].get<int>() > 0 && json["rocks"] == json["found"]);
   assert_near(json["shift_east_m"].get<double>(), 0.0, 1e-3);
   assert_true(json["sizes"].size() > 0);
+
+  // Along a way fewer count; of a run's boulders those that are large enough.
+  const int all = json["rocks"].get<int>();
+  scratch.file("way.csv", "x,y\n100,5050\n200,5050\n");
+  assert_int_equal(cairn_says("map score --json" + quoted("a.cmap") + " --truth" + quoted("truth.csv") +
+                              " --way" + quoted("way.csv") + " --within 20"),
+                   0);
+  assert_true(json["rocks"].get<int>() > 0 && json["rocks"].get<int>() < all / 2);
+  assert_near(json["recall"].get<double>(), 1.0, 0.0);
+  scratch.file("boulders.csv",
+               "id,x,y,z,size,sightings\n0,150,5050,0,0.3,4\n1,150,5051,0,0.9,4\n2,150,5080,0,0.9,4\n");
+  assert_int_equal(cairn_says("map score --json" + quoted("boulders.csv") + " --truth" + quoted("truth.csv") +
+                              " --way" + quoted("way.csv") + " --within 20 --entry-diameter 0.5"),
+                   0);
+  assert_int_equal(json["entries"].get<int>(), 1);
 }
 
 void test_diff(void**) {

@@ -74,6 +74,20 @@ void test_the_nearest_counts(void**) {
   assert_near(s.mean_shift_map_m.x(), 0.015, 1e-12);
 }
 
+/// Along a way with a bend, what lies nearer than two metres.
+void test_along_a_way(void**) {
+  truth = {at(3.0, 3.0, 0.2), at(5.0, 6.9, 0.2), at(4.9, 7.1, 0.2), at(8.0, 3.0, 0.2), at(1.0, 5.0, 0.2)};
+  entries = {at(3.0, 3.02, 0.1), at(4.9, 7.1, 0.1), at(7.9, 8.0, 0.1)};
+  ScoreParams params;
+  params.way_map_m = {Vec2(2.0, 5.0), Vec2(7.0, 5.0), Vec2(7.0, 9.0)};
+  params.within_m = 2.0;
+  const MapScore s = score_map(entries, truth, kExtent, params);
+  assert_int_equal(s.rocks, 3);  // (3, 3) and (1, 5) within two metres, (5, 6.9); not (4.9, 7.1), nor (8, 3)
+  assert_int_equal(s.found, 1);
+  assert_int_equal(s.entries, 2);  // not (4.9, 7.1)
+  assert_int_equal(s.right, 1);
+}
+
 void test_nothing_to_count(void**) {
   truth.clear();
   entries.clear();
@@ -87,7 +101,7 @@ void test_nothing_to_count(void**) {
 
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_counted_by_hand),
-                              cmocka_unit_test(test_the_nearest_counts),
+                              cmocka_unit_test(test_the_nearest_counts), cmocka_unit_test(test_along_a_way),
                               cmocka_unit_test(test_nothing_to_count)};
   return cmocka_run_group_tests_name("ground_tools/map/score", tests, nullptr, nullptr);
 }
