@@ -46,9 +46,11 @@ inline constexpr std::size_t kSiteAt = 52;           // u32, number of the landi
 inline constexpr std::size_t kEpochAt = 56;          // u32, seconds since J2000 (2000-01-01T12:00:00 TT):
                                                      // when the image was taken; 0 where unknown
 inline constexpr std::size_t kParameterHashAt = 60;  // u32, CRC-32 of the preparation's parameter text
-inline constexpr std::size_t kPixelAt = 64;         // f32, m: pixel of the orthoimage, 0 where there was none
-inline constexpr std::size_t kTilesCrcAt = 68;      // u32, CRC-32 of the payloads' CRCs, one after another
-inline constexpr std::size_t kDirectoryCrcAt = 72;  // u32, CRC-32 of the directory
+inline constexpr std::size_t kPixelAt = 64;  // f32, m: pixel of the orthoimage, 0 where there was none
+inline constexpr std::uint32_t kMinPixelBits = 0x3A83126F;  // of a pixel that is used: 1 mm ...
+inline constexpr std::uint32_t kMaxPixelBits = 0x42C80000;  // ... to 100 m
+inline constexpr std::size_t kTilesCrcAt = 68;         // u32, CRC-32 of the payloads' CRCs, one after another
+inline constexpr std::size_t kDirectoryCrcAt = 72;     // u32, CRC-32 of the directory
 inline constexpr std::size_t kReferenceLengthAt = 76;  // u8, characters of the reference system
 inline constexpr std::size_t kReferenceAt = 77;        // printable ASCII; after it the models, the head's CRC
 inline constexpr std::size_t kMaxReferenceBytes = 255;

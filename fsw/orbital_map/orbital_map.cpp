@@ -81,6 +81,9 @@ MapStatus OrbitalMap::read_fields(std::uint32_t head_bytes) {
   tiles_crc_ = be::get_u32(h + cmap::kTilesCrcAt);
   head_crc_ = be::get_u32(h + head_bytes - cmap::kCrcBytes);
   quantum_m_ = quantum_um * kMicrometre;
+  // For information, so no fault where it is none. Positive floats are ordered as their bits are.
+  const bool is_pixel = within(be::get_u32(h + cmap::kPixelAt), cmap::kMinPixelBits, cmap::kMaxPixelBits);
+  pixel_m_ = is_pixel ? static_cast<double>(be::get_f32(h + cmap::kPixelAt)) : 0.0;
   directory_at_ = head_bytes;
   if (is_subnormal(origin_x_m_) || is_subnormal(origin_y_m_)) return MapStatus::kBadHeader;
   if (!within(origin_x_m_, -cmap::kMaxCoordinate, cmap::kMaxCoordinate) ||

@@ -75,6 +75,7 @@ class OrbitalMap {
   /// Tiles that validation found bad.
   std::uint32_t damaged_tiles() const { return damaged_tiles_; }
   double quantum_m() const { return quantum_m_; }  ///< step of the positions
+  double pixel_m() const { return pixel_m_; }      ///< of the orthoimage; 0 where nobody knows
   Vec2 origin_map_m() const {
     return {origin_x_m_, origin_y_m_};
   }  ///< south-west corner of the mapped ground
@@ -132,6 +133,7 @@ class OrbitalMap {
   double origin_x_m_ = 0.0;
   double origin_y_m_ = 0.0;
   double quantum_m_ = 0.0;
+  double pixel_m_ = 0.0;
   std::uint32_t extent_x_ = 0;  ///< cells
   std::uint32_t extent_y_ = 0;
   std::uint32_t tile_side_ = 1;

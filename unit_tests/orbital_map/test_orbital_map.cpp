@@ -63,6 +63,19 @@ void test_header_fields(void**) {
   assert_int_equal(m.damaged_tiles(), 0);
   assert_int_equal(m.tiles(), kColumns * kRows);
   assert_int_equal(m.columns(), kColumns);
+  assert_near(m.pixel_m(), 0.25, 0.0);
+}
+
+// The pixel chooses which boulders a map is matched by: what cannot be one counts as not known.
+void test_pixel_that_is_none(void**) {
+  for (const float pixel :
+       {0.0F, -0.25F, 0.0005F, 101.0F, 1.0e-42F, static_cast<float>(kInf), static_cast<float>(kNaN)}) {
+    make_few();
+    be::put_f32(map.bytes + 64, pixel);
+    test::seal(map);
+    assert_near(usable_map().pixel_m(), 0.0, 0.0);
+  }
+  assert_near(OrbitalMap().pixel_m(), 0.0, 0.0);
 }
 
 void test_no_map(void**) {
@@ -550,6 +563,7 @@ void test_slicing_does_not_matter(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_header_fields),
+      cmocka_unit_test(test_pixel_that_is_none),
       cmocka_unit_test(test_no_map),
       cmocka_unit_test(test_a_second_start_forgets_the_first),
       cmocka_unit_test(test_every_truncation_is_named),
