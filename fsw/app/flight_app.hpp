@@ -119,6 +119,8 @@ inline constexpr RootPart kRootParts[] = {
     {"boulder observer", sizeof(BoulderObserver), cfg::kObserverMaxBytes},
     {"  of it segmentation", sizeof(SegmentationJob), cfg::kSegmentationMaxBytes},
     {"boulder tracks and local map", sizeof(BoulderTracks) + sizeof(LocalMap), cfg::kTracksMaxBytes},
+    {"relief", sizeof(Relief) + sizeof(ReliefStorage<cfg::kReliefSide>), cfg::kReliefMaxBytes},
+    {"landmarks", sizeof(Landmarks), cfg::kLandmarksMaxBytes},
     {"orbital map window", sizeof(MapBoulders), cfg::kMapWindowMaxBytes},
     {"registration", sizeof(IcpJob), cfg::kIcpJobMaxBytes},
     {"fix by the map", sizeof(MapFix), cfg::kMapFixMaxBytes},

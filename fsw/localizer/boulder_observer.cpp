@@ -123,23 +123,29 @@ void BoulderObserver::next_phase() {
   }
 }
 
-void BoulderObserver::lift(const StereoProbe& probe) {
+bool BoulderObserver::ray_of(const StereoProbe& probe, Vec3& ray_m) const {
   const double d = static_cast<double>(probe.d_px) + columns_px_;
-  if (!(d > 0.0)) return;
+  if (!(d > 0.0)) return false;
   StereoPixel px;
   px.u_left = probe.u - 0.5;  // centre of an even window
   px.v_left = px.v_right = probe.v - 0.5;
   px.u_right = px.u_left - d;
-  if (params_.own.covers(px.u_left, px.v_left)) return;
-  const Vec3 p_cam = triangulate(rig_, px);
-  const Vec3 ray = T_site_cam_.q * p_cam;
+  if (params_.own.covers(px.u_left, px.v_left)) return false;
+  ray_m = T_site_cam_.q * triangulate(rig_, px);
+  return true;
+}
+
+void BoulderObserver::lift(const StereoProbe& probe) {
+  Vec3 ray;
+  if (!ray_of(probe, ray)) return;
   if (ray.x() * ray.x() + ray.y() * ray.y() > params_.max_range_m * params_.max_range_m) return;
   SurfacePoint point;
   point.p_site_m = ray + T_site_cam_.t;
-  point.sigma_height_m = static_cast<float>(std::fabs(ray.z()) * params_.probe_sigma_px / d);
+  point.sigma_height_m = static_cast<float>(std::fabs(ray.z()) * params_.probe_sigma_px /
+                                            (static_cast<double>(probe.d_px) + columns_px_));
   point.u = probe.u;
   point.v = probe.v;
-  point.label = segmentation_.labels().label_at(px.u_left, px.v_left);
+  point.label = segmentation_.labels().label_at(probe.u - 0.5, probe.v - 0.5);
   surface_.append(point);
 }
 

@@ -78,7 +78,7 @@ class BoulderObserver {
   /// With so many raised points, or the same of one cluster: what no job of its own counts.
   static constexpr std::uint32_t kRun = 512;      ///< surface points gathered in a unit
   static constexpr std::uint32_t kCarried = 128;  ///< points of the last frame carried over in a unit
-  static constexpr std::uint32_t kLiftOps = 60;
+  static constexpr std::uint32_t kLiftOps = 60;   ///< of one probe, as ray_of() has it
   static constexpr std::uint32_t kCollectOps = 2 * kRun;
   static constexpr std::uint32_t kCarryOps = 20 * kCarried;
   static constexpr std::uint32_t start_ops(std::uint32_t points) { return 3U * points; }
@@ -101,6 +101,11 @@ class BoulderObserver {
   const ObserveCounts& counts() const { return counts_; }
   /// For telemetry and pictures: the regions, and the surface points with their verdict.
   const SegmentationJob& segmentation() const { return segmentation_; }
+  /// Once a frame is done, until the next one is begun: what was probed, however far away, and where a probe
+  /// lies from the camera, in axes of `site`. False where it shows nothing of the ground.
+  const StereoProbeJob::Probes& probes() const { return probe_.result(); }
+  bool ray_of(const StereoProbe& probe, Vec3& ray_m) const;
+  const Vec3& camera_site_m() const { return T_site_cam_.t; }
   const SurfacePoints& surface() const { return surface_; }
   /// The sighting (index in result() plus 1; 0: none) that a surface point is part of,
   /// while status() is kBoulders.

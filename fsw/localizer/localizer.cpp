@@ -42,10 +42,11 @@ FixStatus fix_status(MapFixStatus status) {
   return FixStatus::kBadInput;
 }
 
-constexpr double kRefuted = 6.9;   // nats against the pose: odds of 1000 to 1
-constexpr double kWorthIt = 1.0;   // nats for a pose that is carried along
-constexpr std::size_t kFresh = 4;  // boulders that make a window
-constexpr double kProved = 13.0;   // odds, as their logarithm: the most that a verdict takes
+constexpr double kSurveyEvery_m = 1.5;  // of way: a third of what the relief holds beyond what is seen
+constexpr double kRefuted = 6.9;        // nats against the pose: odds of 1000 to 1
+constexpr double kWorthIt = 1.0;        // nats for a pose that is carried along
+constexpr std::size_t kFresh = 4;       // boulders that make a window
+constexpr double kProved = 13.0;        // odds, as their logarithm: the most that a verdict takes
 
 /// What a fix says of the pose. Evidence that was not to be expected tells nothing by its absence.
 TrustEvent trust_event(FixStatus status, bool proof_expected) {
@@ -96,6 +97,8 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   carried_.reset();
   observer_.init(params.boulders, rig);
   tracks_.init(params.tracks);
+  relief_.init(params.relief, relief_grid_.grid());
+  landmarks_.init(params.landmarks);
   return vo_.init(params.vo, rig) ? LocalizerStatus::kReady : LocalizerStatus::kBadRig;
 }
 
@@ -120,6 +123,7 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   watch_.init(params_.watch);
   watch_status_ = WatchStatus::kClear;
   fusion_.init(params_.fusion, sigma_xy_m, sigma_yaw_rad);
+  expect_of_map();
   tilt_.init(params_.tilt);
   gravity_status_ = heading_status_ = AttitudeStatus::kNone;
   if (heading_.waiting) pass_over_heading();
@@ -133,6 +137,9 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   carried_.reset();
   observer_.init(params_.boulders, rig_);
   tracks_.init(params_.tracks);
+  relief_.init(params_.relief, relief_grid_.grid());
+  landmarks_.init(params_.landmarks);
+  way_m_ = surveyed_way_m_ = 0.0;
   const bool valid = vo_.init(params_.vo, rig_);
   CAIRN_ASSERT(valid);  // Localizer::init refused a rig that is not
 }
@@ -148,8 +155,7 @@ LocalizerStatus Localizer::set_trim(const StepTrim& trim) {
 
 LocalizerStatus Localizer::begin_frame(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior) {
   if (stage_ == FrameStage::kNoStart) return LocalizerStatus::kNoStart;
-  const bool unfinished =
-      stage_ == FrameStage::kBoulders || stage_ == FrameStage::kObserving || stage_ == FrameStage::kTracking;
+  const bool unfinished = stage_ != FrameStage::kDone && stage_ != FrameStage::kVo;
   if (unfinished) ++health_.abandoned_boulders;
   observer_.abandon();
   tracks_.abandon();
@@ -237,6 +243,7 @@ bool Localizer::measured() {
   PlanarStep planar_step;
   planar_step.d_map_m = after.translation() - before.translation();
   planar_step.turn_rad = wrap_angle(after.yaw_rad - before.yaw_rad);
+  way_m_ += std::sqrt(planar_step.d_map_m.squaredNorm());
   planar_step.covariance = planar_covariance(vo_.result().covariance, rig_.T_rover_cam, now);
   planar_step.sound = nothing_against();
   fusion_.propagate(planar_step);
@@ -322,7 +329,14 @@ void Localizer::guessed() {
 void Localizer::tear_local_map() {
   if (!(fusion_.unsound_xy_m() > params_.map_fix.search.evidence.sigma_pair_m)) return;
   tracks_.forget_all();
+  forget_relief();
   carried_.reset();
+}
+
+void Localizer::forget_relief() {
+  if (!cfg::kHaveLandmarks) return;
+  relief_.clear();
+  landmarks_.clear();
 }
 
 void Localizer::mark_reference() {
@@ -410,23 +424,68 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
   if (stage_ == FrameStage::kObserving) {
     if (observer_.step(budget) == Progress::kMore) return Progress::kMore;
     ++health_.boulders[static_cast<std::size_t>(observer_.status())];
-    stage_ = FrameStage::kDone;
+    laid_ = 0;
+    stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
     if (observer_.status() == ObserveStatus::kBoulders) {
       tracks_.start(observer_.result(), health_.frames);
       stage_ = FrameStage::kTracking;
     }
   }
-  if (stage_ != FrameStage::kTracking) return Progress::kDone;
-  if (tracks_.step(budget) == Progress::kMore) return Progress::kMore;
+  if (stage_ == FrameStage::kTracking) {
+    if (tracks_.step(budget) == Progress::kMore) return Progress::kMore;
+    stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
+    health_.dropped_tracks = tracks_.dropped();
+  }
+  return cfg::kHaveLandmarks ? step_relief(budget) : Progress::kDone;
+}
+
+Progress Localizer::step_relief(WorkBudget& budget) {
+  if (stage_ == FrameStage::kRelief && relief_.surveying()) stage_ = FrameStage::kSurvey;
+  while (stage_ == FrameStage::kRelief) {
+    if (!budget.take(kLayOps)) return Progress::kMore;
+    lay_in_relief();
+    if (laid_ < observer_.probes().size()) continue;
+    stage_ = FrameStage::kDone;
+    if (way_m_ - surveyed_way_m_ < kSurveyEvery_m) continue;
+    surveyed_way_m_ = way_m_;
+    relief_.start(planar(T_site_rover_.corrected).translation(), way_m_);
+    stage_ = FrameStage::kSurvey;
+  }
+  if (stage_ == FrameStage::kSurvey) {
+    if (relief_.step(budget) == Progress::kMore) return Progress::kMore;
+    landmarks_.start(relief_.result(), relief_.centre_site_m(), relief_.way_m(), relief_.sure_m(),
+                     relief_.stale_m());
+    stage_ = FrameStage::kLandmarks;
+  }
+  if (stage_ != FrameStage::kLandmarks) return Progress::kDone;
+  if (landmarks_.step(budget) == Progress::kMore) return Progress::kMore;
   stage_ = FrameStage::kDone;
-  health_.dropped_tracks = tracks_.dropped();
   return Progress::kDone;
+}
+
+void Localizer::lay_in_relief() {
+  const StereoProbeJob::Probes& probes = observer_.probes();
+  const std::size_t end = probes.size() - laid_ < kLaid ? probes.size() : laid_ + kLaid;
+  for (; laid_ < end; ++laid_) {
+    Vec3 ray;
+    if (observer_.ray_of(probes[laid_], ray)) relief_.add(observer_.camera_site_m() + ray, ray, way_m_);
+  }
 }
 
 void Localizer::set_map(const OrbitalMap& map) {
   if (fix_.status == FixStatus::kRunning) finish_fix(FixStatus::kLate);
   carried_.reset();
   map_ = map;
+  expect_of_map();
+}
+
+/// Which boulders it is matched by, and how far it may lie aside as a whole.
+void Localizer::expect_of_map() {
+  if (!cfg::kHaveLandmarks) return;
+  applied_created_ = 0;  // tracks and landmarks are numbered apart
+  const double by_pixel = landmarks_.common_m(map_.pixel_m());
+  const double usual = params_.fusion.common_xy_m;
+  fusion_.other_map(by_landmarks() && by_pixel > usual ? by_pixel : usual);
 }
 
 Progress Localizer::prepare_fix(WorkBudget& budget) {
@@ -436,7 +495,11 @@ Progress Localizer::prepare_fix(WorkBudget& budget) {
 
 void Localizer::begin_fix() {
   tracks_.forget(health_.frames);
-  tracks_.build(local_map_);
+  if (by_landmarks()) {
+    landmarks_.build(map_.pixel_m(), way_m_, local_map_);
+  } else {
+    tracks_.build(local_map_);
+  }
   // One that is open stays so, its search done or not, until its result is taken. One that looks far and wide
   // and isn't done begins anew where there is much more to be looked for by now.
   const bool open = fix_.status == FixStatus::kRunning && params_.correction == CorrectionMode::kWeighted;
@@ -447,7 +510,7 @@ void Localizer::begin_fix() {
   fix_.frame = health_.frames;
   fix_.status = FixStatus::kRunning;
   fix_.local_boulders = static_cast<std::uint16_t>(local_map_.size());
-  fix_created_ = tracks_.created();
+  fix_created_ = by_landmarks() ? landmarks_.created() : tracks_.created();
   fix_pivot_site_m_ = planar(at_reference_.corrected).translation();
   fix_pivot_map_m_ = T_map_site_ * fix_pivot_site_m_;
   carried_.carry(fusion_, T_map_site_.yaw_rad, params_.map_fix.wide_xy_m, params_.map_fix.wide_yaw_rad);
@@ -504,6 +567,11 @@ MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
   MapFixParams params = params_.map_fix;
   VerdictParams& verdict = params.search.verdict;
   verdict.prior_log_odds = stage == FixStage::kTake ? kProved : fix_odds_;
+  if (by_landmarks()) {
+    params.search.evidence.sigma_pair_m = landmarks_.sigma_pair_m(map_.pixel_m());
+    params.lost.sigma_pair_m = params.search.evidence.sigma_pair_m;
+    verdict.calibration = 0.0;  // that was measured on fine maps; the bound itself holds on all
+  }
   params.search.fresh_only = stage == FixStage::kConfirm;
   if (stage != FixStage::kSearch)
     return map_fix_.start_tracked(params, map_, local, carried_.T_map_site(), fix_pivot_site_m_,
@@ -657,6 +725,7 @@ void Localizer::weigh_against(FixStatus status) {
 /// At a time that nobody knows, since the oldest boulder of the local map was seen last.
 void Localizer::slipped() {
   tracks_.forget_before(fix_.frame);
+  forget_relief();
   carried_.reset();
   const double frames = params_.tracks.window_frames;
   fusion_.doubt(frames * params_.fusion.unseen_step_m, frames * params_.fusion.unseen_step_rad);

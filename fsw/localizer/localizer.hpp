@@ -51,10 +51,12 @@
 
 #include "core/enum_count.hpp"
 #include "core/nodiscard.hpp"
+#include "labeling/relief.hpp"
 #include "localizer/attitude_fusion.hpp"
 #include "localizer/boulder_observer.hpp"
 #include "localizer/boulder_tracks.hpp"
 #include "localizer/carried_hypothesis.hpp"
+#include "localizer/landmarks.hpp"
 #include "localizer/map_fix.hpp"
 #include "localizer/pose_fusion.hpp"
 #include "localizer/trust.hpp"
@@ -83,6 +85,8 @@ struct LocalizerParams {
   VoParams vo;
   BoulderParams boulders;
   TrackParams tracks;
+  ReliefParams relief;
+  LandmarkParams landmarks;
   IcpParams icp;
   CorrectionMode correction = CorrectionMode::kWeighted;
   FusionParams fusion;
@@ -230,6 +234,8 @@ class Localizer {
   Progress prepare_fix(WorkBudget& budget);
   static constexpr std::uint32_t kBeginFixOps = 5000;
   static constexpr std::uint32_t kApplyFixOps = 1500;
+  static constexpr std::size_t kLaid = 32;  ///< points laid in the relief in a unit
+  static constexpr std::uint32_t kLayOps = kLaid * (BoulderObserver::kLiftOps + Relief::kAddOps);
   void begin_fix();
   Progress step_fix(WorkBudget& budget);
   /// Corrects the pose if the fix converged; closes the record either way.
@@ -255,6 +261,7 @@ class Localizer {
   const VisualOdometry& vo() const { return vo_; }
   const BoulderObserver& observer() const { return observer_; }
   BoulderTracks& tracks() { return tracks_; }
+  const Landmarks& landmarks() const { return landmarks_; }
 
  private:
   /// How far the frame is.
@@ -264,7 +271,10 @@ class Localizer {
     kVo,         ///< pair taken, VO at work
     kBoulders,   ///< pose known, boulders not begun
     kObserving,  ///< boulders at work
-    kTracking    ///< and put on their tracks
+    kTracking,   ///< and put on their tracks
+    kRelief,     ///< what the frame shows is laid in the relief
+    kSurvey,     ///< large boulders in it
+    kLandmarks   ///< and put among those that are known
   };
 
   /// The prior, or null for none and for one that is no pose, which is counted.
@@ -282,6 +292,11 @@ class Localizer {
   void use_waiting_heading();
   void pass_over_heading();
   void tear_local_map();
+  bool by_landmarks() const { return cfg::kHaveLandmarks && landmarks_.serve(map_.pixel_m()); }
+  Progress step_relief(WorkBudget& budget);
+  void lay_in_relief();
+  void forget_relief();
+  void expect_of_map();
   void begin_site(const Pose3& T_map_rover, double sigma_xy_m, double sigma_yaw_rad);
   void begin_registration();  ///< the paper's, and ...
   void begin_map_fix();       ///< ... with search and verdict
@@ -347,6 +362,12 @@ class Localizer {
   VisualOdometry vo_;
   BoulderObserver observer_;
   BoulderTracks tracks_;
+  ReliefStorage<cfg::kReliefSide> relief_grid_;
+  Relief relief_;
+  Landmarks landmarks_;
+  std::size_t laid_ = 0;         ///< cursor over the frame's probes
+  double way_m_ = 0.0;           ///< driven since the start pose, as VO has it
+  double surveyed_way_m_ = 0.0;  ///< at the last survey of the relief
   LocalMap local_map_;
   MapReader map_reader_;  ///< of the paper's registration, as is the window
   MapBoulders map_window_;

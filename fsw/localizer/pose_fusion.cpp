@@ -157,6 +157,16 @@ void PoseFusion::init(const FusionParams& params, double sigma_xy_m, double sigm
   snapshot();
 }
 
+void PoseFusion::other_map(double common_xy_m) {
+  params_.common_xy_m = common_xy_m;
+  const double sigmas[] = {common_xy_m, common_xy_m, params_.common_yaw_rad};
+  for (ErrorCovariance* m : {&P_, &snapshot_P_}) {
+    m->bottomRows<3>().setZero();
+    m->rightCols<3>().setZero();
+    for (int i = 0; i < 3; ++i) (*m)(5 + i, 5 + i) = sigmas[i] * sigmas[i];
+  }
+}
+
 Pose3 PoseFusion::calibrated(const Pose3& step) const {
   const double distance = std::sqrt(step.t.squaredNorm());
   Pose3 out = step;

@@ -128,6 +128,10 @@ class PoseFusion {
  public:
   void init(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad);
 
+  /// From now on fixes are by another map, whose own error is of this sigma and has nothing to do with what
+  /// fixes had in common before.
+  void other_map(double common_xy_m);
+
   /// The step (rover frame, T_prev_cur) as the rates say it really was.
   Pose3 calibrated(const Pose3& step) const;
   /// VO measured a step (calibrated) from the last frame that it measured or gave up.

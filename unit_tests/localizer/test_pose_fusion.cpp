@@ -940,6 +940,39 @@ void test_late_relocation(void**) {
               0.01);
 }
 
+// A map that lies aside: the fix of another map is not believed beyond that map's own error, and what the
+// fixes before had in common tells nothing of it.
+void test_another_map_has_its_own_error(void**) {
+  FixOffset fix;
+  fix.offset = Vec3(0.10, 0.0, 0.0);
+  fix.covariance = Vec3(1.0e-4, 1.0e-4, 1.0e-6).asDiagonal();
+  FusionParams params;
+  PoseFusion fine;
+  fine.init(params, 0.05, 0.01);
+  fine.snapshot();
+  const double believed = fine.update(fix, 1.0).at_snapshot.x_m;
+  PoseFusion coarse;
+  coarse.init(params, 0.05, 0.01);
+  coarse.other_map(0.10);
+  coarse.snapshot();
+  const double doubted = coarse.update(fix, 1.0).at_snapshot.x_m;
+  assert_at_least(believed, 0.07);
+  assert_at_most(doubted, 0.03);
+  assert_at_least(doubted, 0.01);
+  // A hundred of them are one: sigma stays above what the map's own error leaves.
+  for (int k = 0; k < 100; ++k) {
+    coarse.snapshot();
+    fix.offset = Vec3(0.0, 0.0, 0.0);
+    (void)coarse.update(fix, 1.0);
+  }
+  const double stuck = coarse.sigma_xy_m();
+  assert_at_least(stuck, 0.04);
+  coarse.other_map(0.02);
+  coarse.snapshot();
+  (void)coarse.update(fix, 1.0);
+  assert_at_most(coarse.sigma_xy_m(), 0.5 * stuck);
+}
+
 }  // namespace
 
 int main() {
@@ -973,6 +1006,7 @@ int main() {
       cmocka_unit_test(test_rates_are_bounded),
       cmocka_unit_test(test_relocation),
       cmocka_unit_test(test_late_relocation),
+      cmocka_unit_test(test_another_map_has_its_own_error),
   };
   return cmocka_run_group_tests_name("localizer/pose_fusion", tests, nullptr, nullptr);
 }
