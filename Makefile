@@ -134,6 +134,19 @@ paper: ## the paper's evaluation: 100 m, 7 map resolutions (SEEDS='1 2 ...' METH
 	@$(CAIRN) table $(PAPER_ALL) -o $(PAPER)/table.csv
 	@$(CAIRN) report $(PAPER_RUNS:%=$(PAPER)/$(firstword $(SEEDS))/%) -o $(PAPER)/report.html
 
+hirise: ## a mast rig over maps of 25 cm a pixel, VO as it is and worsened (SEEDS='1 2 ...'): table, report
+	@+$(MAKE) TARGET=host MISSION=mast SAN= build/host-mast/cairn
+	@printf 'Rendering sites and drives: %s\n' '$(SEEDS:%=$(HIRISE)/%)'
+	@+$(MAKE) $(SEEDS:%=$(HIRISE)/%/data/.rendered)
+	@printf 'Preparing maps, driving over them\n'
+	$(build) $(HIRISE_ALL:%=%/summary.json)
+	@$(HIRISE_CAIRN) table $(HIRISE_ALL) -o $(HIRISE)/table.csv
+	@$(HIRISE_CAIRN) report $(HIRISE_ALL) -o $(HIRISE)/report.html
+	@for seed in $(SEEDS); do printf 'Boulders seen from the ground, terrain %s\n' $$seed; \
+	  $(HIRISE_CAIRN) map score $(HIRISE)/$$seed/as_it_is/boulders.csv --way $(HIRISE)/$$seed/as_it_is/truth.tum \
+	    --truth $(HIRISE)/$$seed/data/truth_rocks.csv --within 10 --recall-diameter 0.75 --precision-diameter 0.45 \
+	    --entry-diameter 0.6 --distance 0.3; done
+
 campaign: N ?= 30
 campaign: ## drives over N random terrains (N=30): errors, fixes, confidence intervals; goes on where it was stopped
 	$(call ready,build,$(CAIRN))
@@ -496,6 +509,30 @@ $(PAPER)/$(1)/degraded/%/summary.json: $(PAPER)/$(1)/%.cmap
 	@printf 'drive %s over %s, VO made worse\n' '$(1)' '$$*'
 endef
 $(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
+
+# ---- maps of coarse pixels: the mast mission, whatever MISSION is ----------------------------------------------------
+HIRISE       := build/hirise
+HIRISE_CAIRN := build/host-mast/cairn
+HIRISE_SCENE := mission_cfg/scenes/mast_hirise.toml
+HIRISE_ALL   := $(foreach seed,$(SEEDS),$(HIRISE)/$(seed)/as_it_is $(HIRISE)/$(seed)/degraded)
+HIRISE_DRIFT := scale=1.02,yaw=0.02deg/m
+HIRISE_DRIVE  = $(HIRISE_CAIRN) run --dataset $(HIRISE)/$(1)/data --map $$< --ortho $(HIRISE)/$(1)/data/ortho_250mm.tif
+
+$(HIRISE)/%/data/.rendered:
+	@mkdir -p $(@D)
+	@$(HIRISE_CAIRN) sim $(HIRISE_SCENE) --set seed=$* -o $(@D) --ortho 0.25 --ortho-samples 4
+	@touch $@
+define hirise_rules
+$(HIRISE)/$(1)/map.cmap: $(HIRISE)/$(1)/data/.rendered
+	@$(HIRISE_CAIRN) map build $$(<D)/ortho_250mm.tif -o $$@
+$(HIRISE)/$(1)/as_it_is/summary.json: $(HIRISE)/$(1)/map.cmap
+	@mkdir -p $$(@D)
+	@$(HIRISE_DRIVE) -o $$(@D) >$$(@D)/log
+$(HIRISE)/$(1)/degraded/summary.json: $(HIRISE)/$(1)/map.cmap
+	@mkdir -p $$(@D)
+	@$(HIRISE_DRIVE) --degrade $(HIRISE_DRIFT) -o $$(@D) >$$(@D)/log
+endef
+$(foreach seed,$(SEEDS),$(eval $(call hirise_rules,$(seed))))
 
 # ---- fuzzing: flight code by clang, with libFuzzer and the sanitizers, whatever TARGET is --------------------------
 FUZZ_CXX     := clang++
