@@ -25,7 +25,7 @@ namespace unit_bounds {
 inline constexpr auto kRaised = static_cast<std::uint32_t>(cfg::kMaxClusterPoints);
 inline constexpr std::size_t kLocal = cfg::kMaxLocalBoulders;
 inline constexpr int kLabels = static_cast<int>(cfg::kMaxLabels);
-inline constexpr std::uint32_t kQuery = BoulderGrid::most_query_ops();
+inline constexpr std::uint32_t kQuery = BoulderGrid::most_piece_ops();
 inline constexpr int kHalfWidth = cfg::kImageWidth / cfg::kMission.segmentation_divisor;
 inline constexpr std::uint32_t kMarks =
     WideMap::cells_of_boulder(3.0 * LostSearchParams{}.sigma_pair_m, WideMap::kMinCellM);
@@ -79,8 +79,9 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kFix, "ground: a row of cells", Ground::row_ops()},
     {cfg::Task::kFix, "ground: a boulder's neighbours", Ground::crowd_ops(unit_bounds::kQuery)},
     {cfg::Task::kFix, "search: a local boulder", PoseSearchJob::sight_ops(unit_bounds::kLocal)},
-    {cfg::Task::kFix, "search: a pair", PoseSearchJob::pair_ops(unit_bounds::kLocal)},
-    {cfg::Task::kFix, "search: its first boulders", PoseSearchJob::gather_ops(cfg::kMaxMapWindowBoulders)},
+    {cfg::Task::kFix, "search: 64 boulders ranked", PoseSearchJob::rank_ops(PoseSearchJob::kRankUnit)},
+    {cfg::Task::kFix, "search: boulders sorted", PoseSearchJob::sort_ops(unit_bounds::kLocal)},
+    {cfg::Task::kFix, "search: a pair's first boulders", PoseSearchJob::gather_ops(unit_bounds::kQuery)},
     {cfg::Task::kFix, "search: its second boulders", PoseSearchJob::first_ops(unit_bounds::kQuery)},
     {cfg::Task::kFix, "search: a look", PoseSearchJob::look_ops(unit_bounds::kQuery)},
     {cfg::Task::kFix, "evidence: a boulder", EvidenceJob::look_ops(unit_bounds::kQuery)},

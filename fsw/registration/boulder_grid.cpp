@@ -140,13 +140,17 @@ BoulderQuery BoulderGrid::query(const GridPoint& at, double radius_m) const {
 }
 
 NearestBoulder BoulderGrid::nearest(const BoulderQuery& query, const SizeRule& sizes) const {
-  NearestBoulder best{kNone, query.radius_m * query.radius_m};
+  NearestBoulder best = none(query);
+  nearest(query, sizes, best);
+  return best;
+}
+
+void BoulderGrid::nearest(const BoulderQuery& query, const SizeRule& sizes, NearestBoulder& best) const {
   for_each_near(query, [&](std::uint16_t index, double r2) {
     if (r2 > best.r2_m2 || (r2 == best.r2_m2 && index >= best.index)) return;
     if (!sizes.agree(query.at.diameter_m, points_[index].diameter_m)) return;
     best = {index, r2};
   });
-  return best;
 }
 
 }  // namespace cairn

@@ -10,7 +10,8 @@
 /// The grid has 64 x 64 cells over the square that holds the boulders; a cell is as small as that allows, but
 /// no smaller than `least_cell_m`. With the radius of the questions for it, an answer looks at 3 x 3 cells
 /// (by rounding, seldom, 4 in a row). Where boulders crowd, the worst that an answer looks at is all
-/// of them: `BoulderQuery::ops` says beforehand what it costs.
+/// of them: `BoulderQuery::ops` says beforehand what it costs, and `piece` cuts it, so that no unit of work
+/// need be longer than kPiece boulders. Pieces one after the other visit what the whole does, in its order.
 ///
 /// Cost. start() copies and checks, 5 operations a boulder (start_ops), counted by who calls it. step(): 8
 /// operations a boulder and 4096 once; units of 256 boulders. A query: see BoulderQuery.
@@ -52,10 +53,19 @@ struct BoulderQuery {
   GridPoint at;
   double radius_m = 0.0;
   int x0 = 0, x1 = 0, y0 = 0, y1 = 0;  ///< cells, inclusive
-  std::uint32_t candidates = 0;        ///< boulders in them
+  std::uint32_t skipped = 0;           ///< boulders in them that pieces before had
+  std::uint32_t candidates = 0;        ///< boulders in them that it looks at
+  static constexpr std::uint32_t kPiece = 256;
 
   /// Operations of one answer: 5 a row of cells, at least 20, and 4 a boulder in them.
   std::uint32_t ops() const { return ops(static_cast<std::uint32_t>(y1 - y0 + 1), candidates); }
+  /// What is left of this question after its first `from` boulders, kPiece of them at most.
+  BoulderQuery piece(std::uint32_t from) const {
+    BoulderQuery q = *this;
+    q.skipped = from;
+    q.candidates = candidates - from < kPiece ? candidates - from : kPiece;
+    return q;
+  }
   static constexpr std::uint32_t ops(std::uint32_t rows, std::uint32_t boulders) {
     return (rows > 4U ? 5U * rows : 20U) + 4U * boulders;
   }
@@ -78,10 +88,8 @@ class BoulderGrid {
   static constexpr std::uint32_t start_ops(std::size_t boulders) {
     return 10U + 5U * static_cast<std::uint32_t>(boulders);
   }
-  /// Of a question that meets the whole window: boulders that all lie in one place.
-  static constexpr std::uint32_t most_query_ops() {
-    return BoulderQuery::ops(kSide, cfg::kMaxMapWindowBoulders);
-  }
+  /// Of a piece of a question.
+  static constexpr std::uint32_t most_piece_ops() { return BoulderQuery::ops(kSide, BoulderQuery::kPiece); }
 
   /// Copies positions (less `origin_map_m`) and diameters. kRunning, or what is wrong with the input.
   /// `least_cell_m`: [1e-3, 1e3].
@@ -97,6 +105,9 @@ class BoulderGrid {
   BoulderQuery query(const GridPoint& at, double radius_m) const;
   /// The nearest boulder within the radius whose size agrees with that of the point.
   NearestBoulder nearest(const BoulderQuery& query, const SizeRule& sizes = SizeRule()) const;
+  /// The same over pieces: `best` is what those before found, and begins as none().
+  void nearest(const BoulderQuery& piece, const SizeRule& sizes, NearestBoulder& best) const;
+  static NearestBoulder none(const BoulderQuery& query) { return {kNone, query.radius_m * query.radius_m}; }
   /// visit(index, r2_m2) for each boulder within the radius, row of cells by row, ascending within a cell.
   template <typename Visit>
   void for_each_near(const BoulderQuery& query, Visit visit) const;
@@ -126,9 +137,14 @@ template <typename Visit>
 void BoulderGrid::for_each_near(const BoulderQuery& query, Visit visit) const {
   CAIRN_ASSERT(status_ == GridStatus::kReady);
   const double radius2 = query.radius_m * query.radius_m;
-  for (int y = query.y0; y <= query.y1; ++y) {
+  std::uint32_t skip = query.skipped;
+  std::uint32_t left = query.candidates;
+  for (int y = query.y0; y <= query.y1 && left > 0; ++y) {
     const std::uint32_t end = cell_begin_[y * kSide + query.x1 + 1];
-    for (std::uint32_t k = cell_begin_[y * kSide + query.x0]; k < end; ++k) {
+    const std::uint32_t begin = cell_begin_[y * kSide + query.x0];
+    const std::uint32_t pass = skip < end - begin ? skip : end - begin;
+    skip -= pass;
+    for (std::uint32_t k = begin + pass; k < end && left > 0; ++k, --left) {
       const std::uint16_t index = by_cell_[k];
       const double dx = points_[index].x_m - query.at.x_m;
       const double dy = points_[index].y_m - query.at.y_m;

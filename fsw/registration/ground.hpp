@@ -17,7 +17,7 @@
 ///
 /// Cost. start(): the grid's. step(): the grid's, 70 operations a boulder and 20,000 once, and
 /// 256 questions to the grid; units of 64 boulders, of all cells' cover, of all cells' density,
-/// of one question.
+/// of a piece of one question.
 #pragma once
 
 #include <cstdint>
@@ -84,6 +84,7 @@ class Ground {
   double crowd_m_ = 0.4;
   double crowding_ = 1.0;
   double neighbours_ = 0.0;
+  std::uint32_t seen_ = 0;  ///< of the question under way
   double expected_ = 0.0;
   float sizes_[kBins] = {};  // boulders in a bin
   float sized_ = 0.0F;       // and in all

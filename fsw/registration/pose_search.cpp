@@ -48,6 +48,7 @@ SearchStatus PoseSearchJob::start(const PoseSearchParams& params, const MapBould
   refining_ = 0;
   step_d_ = 0;
   step_i_ = 0;
+  seen_ = 0;
   status_ = SearchStatus::kBadInput;
   if (!good(params) || !is_finite(T_map_site_prior) || !(pivot_site_m.norm() <= 1.0e7)) return status_;
   pivot_map_m_ = T_map_site_prior * pivot_site_m;
@@ -152,18 +153,18 @@ bool PoseSearchJob::next_pair() {
   const double own2 =
       sightings_[i_].sigma_m * sightings_[i_].sigma_m + sightings_[j_].sigma_m * sightings_[j_].sigma_m;
   play_m_ = 3.5 * std::sqrt(own2) + 4.0 * params_.evidence.scale_sigma * length_m_;
-  rank();
+  ranked_.clear();
+  sighted_ = 0;
   return true;
 }
 
-/// The other local boulders, nearest to the pair's middle first.
-void PoseSearchJob::rank() {
+/// The other local boulders, from the cursor on.
+void PoseSearchJob::rank(std::size_t end) {
   const double mx = 0.5 * (sightings_[i_].x_m + sightings_[j_].x_m);
   const double my = 0.5 * (sightings_[i_].y_m + sightings_[j_].y_m);
   const double p = params_.evidence.match_share;
   const double at_one = ln(p / (2.0 * kPi * ground_.density(0.0, 0.0)));
-  ranked_.clear();
-  for (std::size_t k = 0; k < sightings_.size(); ++k) {
+  for (std::size_t k = sighted_; k < end; ++k) {
     if (k == i_ || k == j_) continue;
     const Sighting& s = sightings_[k];
     Ranked r;
@@ -177,13 +178,18 @@ void PoseSearchJob::rank() {
     r.radius = radius2 > 0.0 ? std::sqrt(radius2) : 0.0;
     ranked_.append(r);
   }
+  sighted_ = end;
+}
+
+/// Nearest to the pair's middle first.
+void PoseSearchJob::sort_ranked() {
   heap_sort(ranked_.data(), static_cast<int>(ranked_.size()), [](const Ranked& a, const Ranked& b) {
     return a.d2 < b.d2 || (a.d2 == b.d2 && a.sighting < b.sighting);
   });
 }
 
-/// Map boulders that the pair's first one may be.
-void PoseSearchJob::gather_firsts() {
+/// About where the pair's first one may lie.
+BoulderQuery PoseSearchJob::firsts_query() const {
   const Sighting& s = sightings_[i_];
   const Vec2 at = laid(prior_.mean, Vec2(s.x_m, s.y_m));
   GridPoint point;
@@ -191,11 +197,11 @@ void PoseSearchJob::gather_firsts() {
   point.y_m = at.y();
   const double turn = reach_rad_ < 2.0 ? reach_rad_ : 2.0;
   const double radius = reach_m_ + turn * std::sqrt(s.x_m * s.x_m + s.y_m * s.y_m) + 3.0 * s.sigma_m;
-  firsts_.clear();
-  first_ = 0;
-  const BoulderGrid& grid = ground_.grid();
-  grid.for_each_near(grid.query(point, radius),
-                     [this](std::uint16_t index, double) { firsts_.append(index); });
+  return ground_.grid().query(point, radius);
+}
+
+void PoseSearchJob::gather_firsts(const BoulderQuery& piece) {
+  ground_.grid().for_each_near(piece, [this](std::uint16_t index, double) { firsts_.append(index); });
 }
 
 /// Where the second one would lie with the first one laid on firsts_[first_], and how far from
@@ -217,8 +223,6 @@ void PoseSearchJob::gather_seconds(const BoulderQuery& query) {
   const GridPoint& m = ground_.grid()[firsts_[first_]];
   const double least2 = (length_m_ - play_m_) * (length_m_ - play_m_);
   const double most2 = (length_m_ + play_m_) * (length_m_ + play_m_);
-  seconds_.clear();
-  second_ = 0;
   const BoulderGrid& grid = ground_.grid();
   grid.for_each_near(query, [&](std::uint16_t index, double) {
     const double mx = grid[index].x_m - m.x_m;
@@ -281,9 +285,8 @@ BoulderQuery PoseSearchJob::look_query() const {
 }
 
 /// One local boulder under the hypothesis; false where that is given up or all are seen.
-bool PoseSearchJob::look(const BoulderQuery& query) {
+bool PoseSearchJob::look(const NearestBoulder& near) {
   const Ranked& r = ranked_[looking_];
-  const NearestBoulder near = ground_.grid().nearest(query, sizes_);
   ++result_.looks;
   current_.score += near.index == BoulderGrid::kNone ? miss_ : r.c - near.r2_m2 * r.half_info;
   if (current_.score < params_.give_up) return false;
@@ -448,6 +451,14 @@ void PoseSearchJob::tell_pose() {
 
 // ---- the cursor -------------------------------------------------------------------------------------------
 
+/// True after the last piece of a question.
+bool PoseSearchJob::all_seen(const BoulderQuery& whole, const BoulderQuery& piece) {
+  seen_ += piece.candidates;
+  if (seen_ < whole.candidates) return false;
+  seen_ = 0;
+  return true;
+}
+
 Progress PoseSearchJob::step(WorkBudget& budget) {
   while (status_ == SearchStatus::kRunning) {
     switch (phase_) {
@@ -460,33 +471,57 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
         sight_next();
         break;
       case Phase::kPair:
-        if (!budget.take(pair_ops(sightings_.size()))) return Progress::kMore;
+        if (!budget.take(kPairOps)) return Progress::kMore;
         if (!next_pair()) {
           phase_ = Phase::kRefine;
           start_refining();
         } else if (length_m_ > 0.0) {
-          phase_ = Phase::kGather;
+          phase_ = Phase::kRank;
         }
         break;
-      case Phase::kGather:
-        if (!budget.take(gather_ops(ground_.grid().size()))) return Progress::kMore;
-        gather_firsts();
+      case Phase::kRank: {
+        const std::size_t left = sightings_.size() - sighted_;
+        const std::size_t count = left < kRankUnit ? left : kRankUnit;
+        if (!budget.take(rank_ops(count))) return Progress::kMore;
+        rank(sighted_ + count);
+        if (sighted_ == sightings_.size()) phase_ = Phase::kSort;
+        break;
+      }
+      case Phase::kSort:
+        if (!budget.take(sort_ops(sightings_.size()))) return Progress::kMore;
+        sort_ranked();
+        firsts_.clear();
+        first_ = 0;
+        phase_ = Phase::kGather;
+        break;
+      case Phase::kGather: {
+        const BoulderQuery whole = firsts_query();
+        const BoulderQuery query = whole.piece(seen_);
+        if (!budget.take(gather_ops(query.ops()))) return Progress::kMore;
+        gather_firsts(query);
+        if (!all_seen(whole, query)) break;
+        seconds_.clear();
         phase_ = Phase::kFirst;
         break;
+      }
       case Phase::kFirst: {
         if (first_ == firsts_.size()) {
           phase_ = Phase::kPair;
           break;
         }
-        const BoulderQuery query = seconds_query();
+        const BoulderQuery whole = seconds_query();
+        const BoulderQuery query = whole.piece(seen_);
         if (!budget.take(first_ops(query.ops()))) return Progress::kMore;
         gather_seconds(query);
+        if (!all_seen(whole, query)) break;
+        second_ = 0;
         phase_ = Phase::kSecond;
         break;
       }
       case Phase::kSecond:
         if (second_ == seconds_.size()) {
           ++first_;
+          seconds_.clear();
           phase_ = Phase::kFirst;
           break;
         }
@@ -494,9 +529,12 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
         if (hypothesise(seconds_[second_++])) phase_ = Phase::kLook;
         break;
       case Phase::kLook: {
-        const BoulderQuery query = look_query();
+        const BoulderQuery whole = look_query();
+        const BoulderQuery query = whole.piece(seen_);
         if (!budget.take(look_ops(query.ops()))) return Progress::kMore;
-        if (!look(query)) phase_ = Phase::kSecond;
+        if (seen_ == 0) near_ = BoulderGrid::none(whole);
+        ground_.grid().nearest(query, sizes_, near_);
+        if (all_seen(whole, query) && !look(near_)) phase_ = Phase::kSecond;
         break;
       }
       case Phase::kRefine:

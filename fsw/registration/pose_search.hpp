@@ -27,7 +27,7 @@
 /// should have reach_sigmas sigma + farthest local boulder + ring / sqrt(density).
 ///
 /// Cost. start(): copies and checks, about 20 operations a boulder, on no budget. Then map boulders within
-/// reach times pairs, some 10 looks each; no unit above 20,000 operations. Static memory:
+/// reach times pairs, some 10 looks each; no unit above 5,000 operations. Static memory:
 /// sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
 #pragma once
 
@@ -86,12 +86,15 @@ class PoseSearchJob {
   static constexpr std::uint32_t sight_ops(std::size_t sightings) {
     return 30U + 5U * static_cast<std::uint32_t>(sightings);
   }
-  static constexpr std::uint32_t pair_ops(std::size_t sightings) {
-    return 70U * static_cast<std::uint32_t>(sightings);
+  static constexpr std::uint32_t kPairOps = 40;
+  static constexpr std::size_t kRankUnit = 64;  ///< sightings of a unit
+  static constexpr std::uint32_t rank_ops(std::size_t sightings) {
+    return 50U * static_cast<std::uint32_t>(sightings);
   }
-  static constexpr std::uint32_t gather_ops(std::size_t boulders) {
-    return 30U + 4U * static_cast<std::uint32_t>(boulders);
+  static constexpr std::uint32_t sort_ops(std::size_t sightings) {
+    return 19U * static_cast<std::uint32_t>(sightings);
   }
+  static constexpr std::uint32_t gather_ops(std::uint32_t query) { return 30U + query; }
   static constexpr std::uint32_t first_ops(std::uint32_t query) { return 40U + query; }
   static constexpr std::uint32_t kSecondOps = 60;
   static constexpr std::uint32_t look_ops(std::uint32_t query) { return 12U + query; }
@@ -114,6 +117,8 @@ class PoseSearchJob {
     kGround,
     kSight,
     kPair,
+    kRank,
+    kSort,
     kGather,
     kFirst,
     kSecond,
@@ -138,13 +143,16 @@ class PoseSearchJob {
   void sight_next();
   SearchStatus survey();
   bool next_pair();
-  void rank();
-  void gather_firsts();
+  void rank(std::size_t end);
+  void sort_ranked();
+  BoulderQuery firsts_query() const;
+  void gather_firsts(const BoulderQuery& piece);
   BoulderQuery seconds_query() const;
-  void gather_seconds(const BoulderQuery& query);
+  void gather_seconds(const BoulderQuery& piece);
   bool hypothesise(std::uint16_t second);
   BoulderQuery look_query() const;
-  bool look(const BoulderQuery& query);
+  bool all_seen(const BoulderQuery& whole, const BoulderQuery& piece);
+  bool look(const NearestBoulder& near);
   bool distinct(const Hypothesis& a, const Hypothesis& b) const;
   bool distinct(const Candidate& a, const Candidate& b) const;
   template <std::size_t N>
@@ -176,7 +184,7 @@ class PoseSearchJob {
   double reach_rad_ = 0.0;
   double sigma_max_m_ = 0.0;
 
-  std::size_t sighted_ = 0;  ///< cursor over the local map
+  std::size_t sighted_ = 0;  ///< cursor over the local map, and over those to be ranked
   int step_d_ = 0;           ///< cursor over pairs: difference of indices, and the first one
   int step_i_ = 0;
   std::uint16_t i_ = 0;
@@ -190,6 +198,8 @@ class PoseSearchJob {
   std::size_t second_ = 0;
   Candidate current_;
   std::size_t looking_ = 0;  ///< cursor over ranked_
+  std::uint32_t seen_ = 0;   ///< map boulders of the question under way
+  NearestBoulder near_;      ///< among them
   double miss_ = 0.0;        ///< ln(1 - p)
   SizeRule sizes_;
   double cos_ = 1.0;

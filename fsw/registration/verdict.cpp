@@ -133,6 +133,7 @@ EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& gr
   inflation_ = 2.0;
   last_ = settled_ = false;
   share_ = -1;
+  begin_look();
   information_.setZero();
   missing_.setZero();
   gradient_.setZero();
@@ -147,6 +148,14 @@ EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& gr
   return status_;
 }
 
+void EvidenceJob::begin_look() {
+  seen_ = 0;
+  density_ = best_ = 0.0;
+  best_map_ = kNone;
+  pull_.setZero();
+  outer_.setZero();
+}
+
 BoulderQuery EvidenceJob::query(const Sighting& s) const {
   GridPoint at;
   at.x_m = pose_.x_m + pose_.scale * (turn_.cos * s.x_m - turn_.sin * s.y_m);
@@ -154,15 +163,15 @@ BoulderQuery EvidenceJob::query(const Sighting& s) const {
   return ground_->grid().query(at, kReach * inflation_ * s.sigma_m);
 }
 
-/// One local boulder: the density at it, and what it pulls at.
+/// One local boulder, or some of the map's near it: the density at it, and what it pulls at.
 void EvidenceJob::look(const Sighting& s, const BoulderQuery& query) {
   const double variance = s.sigma_m * s.sigma_m * inflation_ * inflation_;
   const double peak = 1.0 / (2.0 * kPi * variance);
-  double density = 0.0;
-  double best = 0.0;
-  std::uint16_t best_map = kNone;
-  Vec2 pull(0.0, 0.0);        // sums over the map boulders near: density times what is to be moved,
-  Mat2 outer = Mat2::Zero();  // and its square
+  double density = density_;
+  double best = best_;
+  std::uint16_t best_map = best_map_;
+  Vec2 pull = pull_;
+  Mat2 outer = outer_;
   const BoulderGrid& grid = ground_->grid();
   grid.for_each_near(query, [&](std::uint16_t index, double r2) {
     double part = peak * exp(-0.5 * r2 / variance);
@@ -182,8 +191,21 @@ void EvidenceJob::look(const Sighting& s, const BoulderQuery& query) {
     pull += part * u;
     outer += part * (u * u.transpose());
   });
+  density_ = density;
+  best_ = best;
+  best_map_ = best_map;
+  pull_ = pull;
+  outer_ = outer;
+}
+
+/// All of them were seen.
+void EvidenceJob::looked(const Sighting& s, const BoulderQuery& query) {
+  const double density = density_;
+  const Vec2 pull = pull_;
+  const Mat2 outer = outer_;
   const double null = ground_->density(query.at.x_m, query.at.y_m);
-  if (last_) say_[cursor_] = {density / null, best_map};
+  if (last_) say_[cursor_] = {density / null, best_map_};
+  begin_look();
   if (density <= 0.0) return;
   const double all = (1.0 - params_.match_share) * null + params_.match_share * density;
   const double to_weight = params_.match_share / all;
@@ -360,9 +382,13 @@ Progress EvidenceJob::step(WorkBudget& budget) {
       continue;
     }
     const Sighting& s = (*sightings_)[cursor_];
-    const BoulderQuery q = query(s);
+    const BoulderQuery whole = query(s);
+    const BoulderQuery q = whole.piece(seen_);
     if (!budget.take(look_ops(q.ops()))) return Progress::kMore;
     look(s, q);
+    seen_ += q.candidates;
+    if (seen_ < whole.candidates) continue;
+    looked(s, whole);
     if (++cursor_ == sightings_->size()) end_pass();
   }
   return Progress::kDone;

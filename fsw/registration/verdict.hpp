@@ -51,7 +51,7 @@
 /// Everything in axes of `map` about the Ground's centre; angles in radians.
 ///
 /// Cost of EvidenceJob: an iteration takes n (60 + 3 query) operations for n local boulders, in units of
-/// one; 4 to 12 iterations. In the end 170 n, in five units.
+/// one, or a piece of its question; 4 to 12 iterations. In the end 170 n, in five units.
 #pragma once
 
 #include <cstdint>
@@ -172,7 +172,9 @@ class EvidenceJob {
   };
 
   BoulderQuery query(const Sighting& s) const;
-  void look(const Sighting& s, const BoulderQuery& query);
+  void begin_look();
+  void look(const Sighting& s, const BoulderQuery& piece);
+  void looked(const Sighting& s, const BoulderQuery& query);
   void add(const Sighting& s, const Vec2& d, const Vec2& pull, const Mat2& outer, double weight);
   void end_pass();
   Mat4 prior_information() const;
@@ -201,6 +203,13 @@ class EvidenceJob {
   double sum_w_ = 0.0;
   double sum_wr2_ = 0.0;  ///< over sigma^2
   double sum_r2_m2_ = 0.0;
+  // Of the boulder under way: sums over the map boulders near, density times what is to be moved, its square.
+  std::uint32_t seen_ = 0;
+  double density_ = 0.0;
+  double best_ = 0.0;
+  std::uint16_t best_map_ = kNone;
+  Vec2 pull_ = Vec2::Zero();
+  Mat2 outer_ = Mat2::Zero();
   Say say_[cfg::kMaxLocalBoulders] = {};
   std::uint16_t best_of_[cfg::kMaxLocalBoulders] = {};  ///< of a cluster, by its lowest index
   double echo_ = 1.0;                                   ///< what the others of a cluster count

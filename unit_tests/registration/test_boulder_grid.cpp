@@ -3,6 +3,7 @@
 #include "registration/boulder_grid.hpp"
 
 #include <limits>
+#include <vector>
 
 #include "core/random.hpp"
 #include "support/cmocka.hpp"
@@ -181,6 +182,38 @@ void test_cost_is_bounded_and_told(void**) {
   assert_int_equal(all.ops(), 5 * (all.y1 - all.y0 + 1) + 4 * kFull);
 }
 
+/// Where boulders crowd, pieces of a question visit what the whole does, in its order, and find the same.
+void test_pieces_are_the_whole(void**) {
+  Random random(8);
+  boulders.clear();
+  for (int i = 0; i < 1500; ++i) {
+    const double side = i % 2 == 0 ? 0.5 : 40.0;
+    add({uniform(random, -0.5, 0.5) * side, uniform(random, -0.5, 0.5) * side}, uniform(random, 0.1, 0.6));
+  }
+  build(0.8);
+  for (const double radius : {0.2, 0.9, 6.0, 100.0}) {
+    const GridPoint at{uniform(random, -0.2, 0.2), uniform(random, -0.2, 0.2), 0.3F};
+    const BoulderQuery whole = grid.query(at, radius);
+    std::vector<std::uint16_t> order;
+    grid.for_each_near(whole, [&](std::uint16_t k, double) { order.push_back(k); });
+    NearestBoulder best = BoulderGrid::none(whole);
+    std::vector<std::uint16_t> pieces;
+    std::uint32_t seen = 0;
+    while (seen < whole.candidates) {
+      const BoulderQuery piece = whole.piece(seen);
+      assert_at_most(piece.candidates, BoulderQuery::kPiece);
+      assert_at_most(piece.ops(), BoulderGrid::most_piece_ops());
+      grid.for_each_near(piece, [&](std::uint16_t k, double) { pieces.push_back(k); });
+      grid.nearest(piece, {1.5}, best);
+      seen += piece.candidates;
+    }
+    assert_true(seen > 2 * BoulderQuery::kPiece);
+    assert_true(pieces == order);
+    assert_int_equal(best.index, grid.nearest(whole, {1.5}).index);
+    assert_near(best.r2_m2, grid.nearest(whole, {1.5}).r2_m2, 0.0);
+  }
+}
+
 void test_building_costs_what_it_says(void**) {
   Random random(4);
   scatter(random, 1000, 20.0, 20.0);
@@ -292,6 +325,7 @@ int main() {
       cmocka_unit_test(test_points_that_are_nowhere),
       cmocka_unit_test(test_sizes_at_their_corner),
       cmocka_unit_test(test_cost_is_bounded_and_told),
+      cmocka_unit_test(test_pieces_are_the_whole),
       cmocka_unit_test(test_building_costs_what_it_says),
       cmocka_unit_test(test_same_for_every_slicing),
       cmocka_unit_test(test_restart_midway),
