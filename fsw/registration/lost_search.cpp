@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/exp_log.hpp"
+#include "core/heap_sort.hpp"
 
 namespace cairn {
 namespace {
@@ -10,8 +11,12 @@ namespace {
 constexpr double kNoSize = -1.0e3;
 constexpr double kHitShare = 0.9;                             // of true boulders that find a set cell
 constexpr double kScale = 64.0;                               // of scores in the sequential test, 1/nat
+constexpr double kLengthSigmas = 2.5;                         // of a pair: one in eighty is missed
+constexpr double kPassNats = 4.0;                             // what the sequential test asks for in the end
 constexpr int kRounds = 3;                                    // of the fit, before the score
 constexpr double kGates[kRounds + 1] = {5.0, 4.0, 3.0, 4.0};  // sigmas, and of the score
+constexpr double kMostM = 1.0e6;                              // a diameter, where any may be
+constexpr double kBand = 0.1;   // of a length: pairs that go through the map together
 constexpr double kSameM = 0.5;  // poses nearer than this, and turned less, are one
 constexpr double kSameRad = 0.1;
 constexpr std::int32_t kFarthest = 60000;  // of a look, so that its turn fits 32 bits
@@ -31,6 +36,8 @@ LostStatus LostSearch::start(const LostSearchParams& params, const WideMap& map,
   ops_ = 0;
   hypotheses_ = 0;
   pairs_tried_ = pairs_since_best_ = 0;
+  best_moved_ = false;
+  pairs_.clear();
   phase_ = Phase::kChoose;
   row_ = 0;
   for (std::uint32_t& word : tried_) word = 0;
@@ -60,14 +67,18 @@ LostStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_site_
   pivot_x_ = pivot_site_m.x() - middle_site_m_.x();
   pivot_y_ = pivot_site_m.y() - middle_site_m_.y();
   double spread2 = 0.0;
+  double far2 = 0.0;  // from the pivot
   for (const LocalBoulder& b : local) {
     const Vec2 p = b.p_site_m - middle_site_m_;
     spread2 += p.squaredNorm();
+    const double r2 = (b.p_site_m - pivot_site_m).squaredNorm();
+    far2 = r2 > far2 ? r2 : far2;
     const double size =
         params_.sigma_size > 0.0 && b.diameter_m > 0.0F ? ln(static_cast<double>(b.diameter_m)) : kNoSize;
     static_cast<void>(local_.push_back(
         {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(size), 0}));
   }
+  reach2_ = square(region_.radius_m + std::sqrt(far2));
   // The radius of a disc of boulders that spread as far.
   const double radius = std::sqrt(2.0 * spread2 / static_cast<double>(local.size()));
   min_length_m_ = 0.5 * radius;
@@ -98,6 +109,10 @@ Progress LostSearch::step(WorkBudget& budget) {
   while (on && status_ == LostStatus::kRunning) {
     switch (phase_) {
       case Phase::kChoose: on = choose_step(budget); break;
+      case Phase::kSort:
+        on = budget.take(sort_ops(local_.size()));
+        if (on) take_pair();
+        break;
       case Phase::kSweep: on = sweep_step(budget); break;
       case Phase::kLook: on = look_step(budget); break;
       case Phase::kFit: on = fit_step(budget); break;
@@ -112,7 +127,7 @@ void LostSearch::account(const WorkBudget& budget) {
   spent_before_ = budget.spent();
 }
 
-// ---- the next local pair
+// ---- the next local pairs
 
 bool LostSearch::choose_step(WorkBudget& budget) {
   if (row_ == 0) best_cost_ = -1.0;
@@ -121,20 +136,30 @@ bool LostSearch::choose_step(WorkBudget& budget) {
     choose_row(row_);
   }
   row_ = 0;
-  if (best_cost_ < 0.0 || pairs_tried_ >= params_.max_pairs) {
+  if (best_cost_ >= 0.0 && wants_more_pairs()) {
+    phase_ = Phase::kSort;
+  } else if (!pairs_.empty()) {
+    begin_sweep();
+  } else {
     conclude();
-    return true;
   }
-  begin_pair();
   return true;
+}
+
+/// As many at once as went before, two at least: the first often suffice.
+bool LostSearch::wants_more_pairs() const {
+  const int pairs = static_cast<int>(pairs_.size());
+  return !pairs_.full() && (pairs < 2 || pairs < pairs_tried_) && pairs_tried_ + pairs < params_.max_pairs;
 }
 
 void LostSearch::choose_row(std::size_t i) {
   const Point& a = local_[i];
+  const double shortest = pairs_.empty() ? min_length_m_ : shortest_m_;
+  const double longest = pairs_.empty() ? max_length_m_ : longest_m_;
   for (std::size_t j = i + 1; j < local_.size(); ++j) {
     const Point& b = local_[j];
     const double length2 = square(static_cast<double>(b.x - a.x)) + square(static_cast<double>(b.y - a.y));
-    if (length2 < square(min_length_m_) || length2 > square(max_length_m_) || was_tried(i, j)) continue;
+    if (length2 < square(shortest) || length2 > square(longest) || was_tried(i, j)) continue;
     // As many map pairs as far apart, for boulders of equal rank: used ones wait.
     const double uses = (1.0 + a.used) * (1.0 + b.used);
     const double cost = length2 * square(uses) * square(rarity(a) * rarity(b));
@@ -157,62 +182,99 @@ bool LostSearch::was_tried(std::size_t i, std::size_t j) const {
   return ((tried_[k / 32] >> (k % 32)) & 1U) != 0;
 }
 
-void LostSearch::begin_pair() {
+/// The one that was chosen goes with those in hand.
+void LostSearch::take_pair() {
   Point& a = local_[pair_i_];
   Point& b = local_[pair_j_];
   ++a.used;
   ++b.used;
   const std::size_t k = static_cast<std::size_t>(pair_j_) * (pair_j_ - 1U) / 2 + pair_i_;
   tried_[k / 32] |= 1U << (k % 32);
-  dx_ = static_cast<double>(b.x - a.x);
-  dy_ = static_cast<double>(b.y - a.y);
-  length_m_ = std::sqrt(dx_ * dx_ + dy_ * dy_);
-  tolerance_m_ = 3.0 * std::sqrt(2.0 * square(params_.sigma_pair_m) + square(params_.drift * length_m_));
-  const double mx = 0.5 * static_cast<double>(a.x + b.x);
-  const double my = 0.5 * static_cast<double>(a.y + b.y);
-  middle_dx_ = mx;
-  middle_dy_ = my;
-  sort_looks(mx, my);
-  lay_ring();
-  boulder_ = 0;
-  ring_at_ = 0;
-  bucket_at_ = 0;
-  ring_begun_ = false;
-  phase_ = Phase::kSweep;
+  Pair pair;
+  pair.dx = static_cast<double>(b.x - a.x);
+  pair.dy = static_cast<double>(b.y - a.y);
+  const double length2 = pair.dx * pair.dx + pair.dy * pair.dy;
+  const double length = std::sqrt(length2);
+  const double tolerance =
+      kLengthSigmas * std::sqrt(2.0 * square(params_.sigma_pair_m) + square(params_.drift * length));
+  pair.low2 = length > tolerance ? square(length - tolerance) : 0.0;
+  pair.high2 = square(length + tolerance);
+  pair.inverse2 = 1.0 / length2;
+  pair.middle_x = 0.5 * static_cast<double>(a.x + b.x);
+  pair.middle_y = 0.5 * static_cast<double>(a.y + b.y);
+  const Point* const ends[2] = {&a, &b};
+  for (int end = 0; end < 2; ++end) {
+    const double size = static_cast<double>(ends[end]->size);
+    pair.least_m[end] = size > kNoSize ? exp(size - 3.0 * params_.sigma_size) : 0.0;
+    pair.most_m[end] = size > kNoSize ? exp(size + 3.0 * params_.sigma_size) : kMostM;
+  }
+  if (pairs_.empty()) {
+    const double band = kBand * length > tolerance ? kBand * length : tolerance;
+    shortest_m_ = length - band > min_length_m_ ? length - band : min_length_m_;
+    longest_m_ = length + band < max_length_m_ ? length + band : max_length_m_;
+  }
+  low2_ = pairs_.empty() || pair.low2 < low2_ ? pair.low2 : low2_;
+  high2_ = pairs_.empty() || pair.high2 > high2_ ? pair.high2 : high2_;
+  sort_looks(pair.middle_x, pair.middle_y);
+  pairs_.append(pair);
+  phase_ = Phase::kChoose;
 }
 
 /// Nearest to the middle of the pair first: an error of the pair turns far ones away.
 void LostSearch::sort_looks(double mx, double my) {
   const double units = kUnits / map_->cell_m();
-  looks_.clear();
+  auto& looks = looks_[pairs_.size()];
+  looks.clear();
   for (std::size_t i = 0; i < local_.size(); ++i) {
     if (i == pair_i_ || i == pair_j_) continue;
     const double x = (static_cast<double>(local_[i].x) - mx) * units;
     const double y = (static_cast<double>(local_[i].y) - my) * units;
     if (std::fabs(x) > kFarthest || std::fabs(y) > kFarthest) continue;
-    const Look item{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)};
-    const auto far = [](const Look& l) { return square(l.x) + square(l.y); };
-    static_cast<void>(looks_.push_back(item));
-    std::size_t at = looks_.size() - 1;
-    for (; at > 0 && far(looks_[at - 1]) > far(item); --at) looks_[at] = looks_[at - 1];
-    looks_[at] = item;
+    looks.append({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)});
   }
+  heap_sort(looks.data(), static_cast<int>(looks.size()), [](const Look& l, const Look& m) {
+    const double nearer = (square(l.x) + square(l.y)) - (square(m.x) + square(m.y));
+    return nearer < 0.0 || (nearer == 0.0 && (l.x < m.x || (l.x == m.x && l.y < m.y)));
+  });
 }
 
+void LostSearch::begin_sweep() {
+  lay_ring();
+  boulder_ = 0;
+  ring_at_ = 0;
+  span_at_ = 0;
+  ring_begun_ = false;
+  best_moved_ = false;
+  phase_ = Phase::kSweep;
+}
+
+/// Half of it, upwards: the other half is this one seen from the other boulder. Wherever in its bucket the
+/// boulder lies, so that a bucket more on each side counts.
 void LostSearch::lay_ring() {
   ring_.clear();
   const double c = map_->bucket_m();
-  const double outer = length_m_ + tolerance_m_;
-  const double inner = length_m_ > tolerance_m_ ? length_m_ - tolerance_m_ : 0.0;
-  const int reach = static_cast<int>(outer / c) + 1;
-  for (int y = -reach; y <= reach; ++y) {
-    for (int x = -reach; x <= reach; ++x) {
-      const int ax = x < 0 ? -x : x;
-      const int ay = y < 0 ? -y : y;
-      const double near2 = square(c * (ax > 0 ? ax - 1 : 0)) + square(c * (ay > 0 ? ay - 1 : 0));
-      const double far2 = square(c * (ax + 1)) + square(c * (ay + 1));
-      if (near2 > square(outer) || far2 < square(inner)) continue;
-      if (reach > 100 || !ring_.push_back({static_cast<std::int8_t>(x), static_cast<std::int8_t>(y)})) return;
+  const int reach = static_cast<int>(std::sqrt(high2_) / c) + 1;
+  if (reach > 100) return;
+  const auto piece = [this](int first, int last, int row) {
+    ring_.append(
+        {static_cast<std::int8_t>(first), static_cast<std::int8_t>(last), static_cast<std::int8_t>(row)});
+  };
+  const auto across = [c](double r2, double rows) {
+    const double left = r2 - square(c * rows);
+    return left > 0.0 ? std::sqrt(left) / c : 0.0;
+  };
+  for (int y = 0; y <= reach; ++y) {
+    const int outer = static_cast<int>(across(high2_, y > 0 ? y - 1.0 : 0.0)) + 1;
+    const double hole = across(low2_, y + 1.0) - 1.0;
+    const int inner = hole > 0.0 ? static_cast<int>(hole) : 0;
+    if (y == 0) {
+      if (inner == 0) piece(0, 0, 0);
+      piece(inner > 0 ? inner : 1, outer, 0);
+    } else if (inner == 0) {
+      piece(-outer, outer, y);
+    } else {
+      piece(-outer, -inner, y);
+      piece(inner, outer, y);
     }
   }
 }
@@ -221,70 +283,48 @@ void LostSearch::lay_ring() {
 
 bool LostSearch::sweep_step(WorkBudget& budget) {
   while (boulder_ < map_->size()) {
-    if (!ring_begun_) {
-      if (!budget.take(kBeginOps)) return false;
-      ring_begun_ = begin_boulder();
-      if (!ring_begun_) {
-        ++boulder_;
-        continue;
-      }
+    if (!budget.take(kBeginOps)) return false;
+    if (!ring_begun_) ring_begun_ = begin_boulder();
+    if (ring_begun_) budget.charge(sweep_spans());
+    if (!ring_begun_ || ring_at_ == ring_.size()) {
+      ring_at_ = 0;
+      ring_begun_ = false;
+      ++boulder_;
     }
-    while (ring_at_ < ring_.size()) {
-      const int column = column_ + ring_[ring_at_].dx;
-      const int row = bucket_row_ + ring_[ring_at_].dy;
-      const bool inside = column >= 0 && row >= 0 && column < map_->columns() && row < map_->rows();
-      const std::uint32_t first = inside ? map_->first_in(column, row) + bucket_at_ : 0;
-      const std::uint32_t all = inside ? map_->end_in(column, row) : 0;
-      const std::uint32_t end = all - first > kMaxQueue ? first + kMaxQueue : all;
-      if (!budget.take(sweep_ops(end - first))) return false;
-      bucket_at_ += end - first;
-      if (end == all) {
-        ++ring_at_;
-        bucket_at_ = 0;
-      }
-      scan(first, end);
-      if (!queue_.empty()) {
-        queue_at_ = 0;
-        phase_ = Phase::kLook;
-        return true;
-      }
+    if (!queue_.empty()) {
+      queue_at_ = 0;
+      phase_ = Phase::kLook;
+      return true;
     }
-    ring_at_ = 0;
-    ring_begun_ = false;
-    ++boulder_;
   }
   account(budget);
-  end_pair();
+  end_sweep();
   return true;
 }
 
-/// False where this boulder cannot be the pair's first.
+/// False where this boulder cannot be one of any pair.
 bool LostSearch::begin_boulder() {
   const WideMap::Point& a = map_->point(boulder_);
   ax_ = static_cast<double>(a.x_m);
   ay_ = static_cast<double>(a.y_m);
-  if (!size_agrees(local_[pair_i_], boulder_)) return false;
+  const double diameter = map_->diameter_m(boulder_);
+  as_first_ = as_second_ = 0;
+  for (std::uint32_t k = 0; k < pairs_.size(); ++k) {
+    as_first_ |= size_agrees(pairs_[k], 0, diameter) ? 1U << k : 0U;
+    as_second_ |= size_agrees(pairs_[k], 1, diameter) ? 1U << k : 0U;
+  }
+  if ((as_first_ | as_second_) == 0) return false;
   if (!region_.anywhere) {
     const Vec2 off = Vec2(ax_, ay_) + map_->origin_map_m() - region_.centre_map_m;
-    const double reach = region_.radius_m + reach_of_pivot();
-    if (off.squaredNorm() > reach * reach) return false;
+    if (off.squaredNorm() > reach2_) return false;
   }
   column_ = map_->column_of(ax_);
   bucket_row_ = map_->row_of(ay_);
   return true;
 }
 
-double LostSearch::reach_of_pivot() const {
-  const Point& a = local_[pair_i_];
-  return std::sqrt(square(pivot_x_ - static_cast<double>(a.x)) + square(pivot_y_ - static_cast<double>(a.y)));
-}
-
-bool LostSearch::size_agrees(const Point& local, std::uint32_t map_index) const {
-  if (static_cast<double>(local.size) <= kNoSize) return true;
-  const double d = map_->diameter_m(map_index);
-  if (!(d > 0.0)) return true;
-  const double off = ln(d) - static_cast<double>(local.size);
-  return std::fabs(off) <= 3.0 * params_.sigma_size;
+bool LostSearch::size_agrees(const Pair& pair, int end, double diameter_m) {
+  return !(diameter_m > 0.0) || (diameter_m >= pair.least_m[end] && diameter_m <= pair.most_m[end]);
 }
 
 /// How much likelier the two sizes are of one boulder than of two of the map's.
@@ -296,40 +336,86 @@ double LostSearch::size_ratio(const Point& local, std::uint32_t map_index) const
   return same / map_->size_density(static_cast<double>(local.size));
 }
 
-void LostSearch::scan(std::uint32_t first, std::uint32_t end) {
-  const double low2 = length_m_ > tolerance_m_ ? square(length_m_ - tolerance_m_) : 0.0;
-  const double high2 = square(length_m_ + tolerance_m_);
+/// Boulders of the ring from the cursor on, until kScan of them are seen or the queue may run over; the cost.
+std::uint32_t LostSearch::sweep_spans() {
+  std::uint32_t seen = 0;
+  std::uint32_t spans = 0;
+  while (ring_at_ < ring_.size()) {
+    const Span& span = ring_[ring_at_];
+    const int row = bucket_row_ + span.dy;
+    const int column0 = column_ + span.dx0 > 0 ? column_ + span.dx0 : 0;
+    const int last = map_->columns() - 1;
+    const int column1 = column_ + span.dx1 < last ? column_ + span.dx1 : last;
+    ++spans;
+    if (row < map_->rows() && column0 <= column1) {
+      const std::uint32_t first = map_->first_in(column0, row) + span_at_;
+      const std::uint32_t all = map_->end_in(column1, row);
+      const std::uint32_t end = all - first > kScan - seen ? first + kScan - seen : all;
+      const std::uint32_t stop = scan(first, end, span.dy == 0 && span.dx1 == 0);
+      seen += stop - first;
+      span_at_ += stop - first;
+      if (stop < all) break;
+    }
+    ++ring_at_;
+    span_at_ = 0;
+  }
+  return kSpanOps * spans + sweep_ops(seen, static_cast<std::uint32_t>(queue_.size()));
+}
+
+/// Where it ended: before `end` where the queue may run over. `own`: of the boulder's own bucket, where each
+/// two meet twice.
+std::uint32_t LostSearch::scan(std::uint32_t first, std::uint32_t end, bool own) {
   for (std::uint32_t k = first; k < end; ++k) {
+    if (queue_.size() + kMostOfTwo > kMaxQueue) return k;
     const std::uint32_t b = map_->by_bucket(k);
     const double mx = static_cast<double>(map_->point(b).x_m) - ax_;
     const double my = static_cast<double>(map_->point(b).y_m) - ay_;
     const double length2 = mx * mx + my * my;
-    if (length2 < low2 || length2 > high2 || b == boulder_ || !size_agrees(local_[pair_j_], b)) continue;
-    propose(mx, my, length2);
+    if (length2 < low2_ || length2 > high2_ || (own && b <= boulder_)) continue;
+    const double diameter = map_->diameter_m(b);
+    for (std::uint32_t p = 0; p < pairs_.size(); ++p) {
+      const Pair& pair = pairs_[p];
+      if (length2 < pair.low2 || length2 > pair.high2) continue;
+      const bool forth = ((as_first_ >> p) & 1U) != 0 && size_agrees(pair, 1, diameter);
+      const bool back = ((as_second_ >> p) & 1U) != 0 && size_agrees(pair, 0, diameter);
+      if (forth || back) propose(p, mx, my, length2, forth, back);
+    }
   }
+  return end;
 }
 
-void LostSearch::propose(double mx, double my, double length2) {
+void LostSearch::propose(std::uint32_t pair, double mx, double my, double length2, bool forth, bool back) {
   // 1 / (|map pair| |local pair|) without a root: the two are nearly equal.
-  const double inverse2 = 1.0 / (length_m_ * length_m_);
-  const double e = 0.5 * (length2 * inverse2 - 1.0);
-  const double scale = inverse2 * (1.0 - e * (1.0 - 1.5 * e));
-  const double c = (mx * dx_ + my * dy_) * scale;
-  const double s = (my * dx_ - mx * dy_) * scale;
-  if (c * sector_cos_ + s * sector_sin_ < sector_edge_) return;
+  const Pair& p = pairs_[pair];
+  const double e = 0.5 * (length2 * p.inverse2 - 1.0);
+  const double scale = p.inverse2 * (1.0 - e * (1.0 - 1.5 * e));
+  const double c = (mx * p.dx + my * p.dy) * scale;
+  const double s = (my * p.dx - mx * p.dy) * scale;
+  const double inside = c * sector_cos_ + s * sector_sin_;
   const double units = kUnits / map_->cell_m();
   Hypothesis h;
   h.x = static_cast<std::int32_t>((ax_ + 0.5 * mx) * units);
   h.y = static_cast<std::int32_t>((ay_ + 0.5 * my) * units);
   h.cos = static_cast<std::int32_t>(c * kOne);
   h.sin = static_cast<std::int32_t>(s * kOne);
-  static_cast<void>(queue_.push_back(h));
+  h.pair = pair;
+  if (forth && inside >= sector_edge_) {
+    queue_.append(h);
+    ++hypotheses_;
+  }
+  if (!back || -inside < sector_edge_) return;
+  h.cos = -h.cos;
+  h.sin = -h.sin;
+  queue_.append(h);
   ++hypotheses_;
 }
 
-void LostSearch::end_pair() {
-  ++pairs_tried_;
-  ++pairs_since_best_;
+void LostSearch::end_sweep() {
+  const int pairs = static_cast<int>(pairs_.size());
+  pairs_tried_ += pairs;
+  // That which found the best has been through the map with the others.
+  pairs_since_best_ = best_moved_ ? pairs - 1 : pairs_since_best_ + pairs;
+  pairs_.clear();
   phase_ = Phase::kChoose;
   if (ops_ >= params_.max_ops || enough()) conclude();
 }
@@ -377,9 +463,9 @@ bool LostSearch::passes(const Hypothesis& h, std::uint32_t& looks) const {
   const int hit = hit_[level];
   const int miss = miss_[level];
   const int floor = static_cast<int>(-params_.floor_nats * kScale);
-  const int pass = static_cast<int>(params_.floor_nats * kScale);
+  const int pass = static_cast<int>(kPassNats * kScale);
   int score = 0;
-  for (const Look& l : looks_) {
+  for (const Look& l : looks_[h.pair]) {
     const std::int32_t x = h.x + ((h.cos * l.x - h.sin * l.y) >> 14);
     const std::int32_t y = h.y + ((h.sin * l.x + h.cos * l.y) >> 14);
     score += map_->occupied(x >> 6, y >> 6) ? hit : miss;
@@ -396,8 +482,10 @@ void LostSearch::begin_fit(const Hypothesis& h) {
   const double s = static_cast<double>(h.sin) / kOne;
   const double cell = map_->cell_m() / kUnits;
   fit_.yaw = atan2(s, c);
-  fit_.x = h.x * cell - (c * middle_dx_ - s * middle_dy_);
-  fit_.y = h.y * cell - (s * middle_dx_ + c * middle_dy_);
+  const Pair& pair = pairs_[h.pair];
+  fit_.x = h.x * cell - (c * pair.middle_x - s * pair.middle_y);
+  fit_.y = h.y * cell - (s * pair.middle_x + c * pair.middle_y);
+  drift_ = params_.drift;
   round_ = 0;
   begin_round();
 }
@@ -420,13 +508,25 @@ bool LostSearch::fit_step(WorkBudget& budget) {
       take_nearest(p);
       ++fit_at_;
     }
-    if (round_ == kRounds || fit_pairs_ < 3) break;
-    estimate();
-    ++round_;
+    if (fit_pairs_ < 3) break;
+    if (round_ < kRounds) {
+      estimate();
+      ++round_;
+    } else {
+      keep();
+      if (!without_drift()) break;
+    }
     begin_round();
   }
-  if (round_ == kRounds && fit_pairs_ >= 3) keep();
   phase_ = Phase::kLook;
+  return true;
+}
+
+/// Once more, from where it is, where drift is most of the errors; false where it is not, or was left out.
+bool LostSearch::without_drift() {
+  if (!(drift_ * max_length_m_ > params_.sigma_pair_m)) return false;
+  drift_ = 0.0;
+  round_ = 0;
   return true;
 }
 
@@ -436,7 +536,7 @@ LostSearch::Place LostSearch::place() const {
   Place p{};
   p.x = fit_cos_ * lx - fit_sin_ * ly + fit_.x;
   p.y = fit_sin_ * lx + fit_cos_ * ly + fit_.y;
-  p.variance = square(params_.sigma_pair_m) + square(params_.drift) * (lx * lx + ly * ly);
+  p.variance = square(params_.sigma_pair_m) + square(drift_) * (lx * lx + ly * ly);
   p.gate = kGates[round_] * std::sqrt(p.variance);
   p.column0 = map_->column_of(p.x - p.gate);
   p.column1 = map_->column_of(p.x + p.gate);
@@ -563,7 +663,7 @@ void LostSearch::keep() {
   if (at == kHits) return;
   if (at == 0) {
     const bool moved = hits_.empty() || (position(hits_[0]) - here).squaredNorm() >= kSameM * kSameM;
-    if (moved) pairs_since_best_ = -1;  // the pair in hand began before it
+    best_moved_ = best_moved_ || moved;
   }
   if (hits_.full()) hits_.resize(kHits - 1);
   static_cast<void>(hits_.push_back(hit));

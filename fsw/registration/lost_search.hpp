@@ -3,8 +3,9 @@
 ///
 /// Method. A pair of local boulders fixes a pose for each pair of map boulders as far apart. Local pairs come
 /// in the order of how few such map pairs there are to be expected (by length, and by size where both sides
-/// have sizes), each boulder used less the more it has been used already; the map's pairs are found by going
-/// through the ring of buckets around each boulder, so that no table of pairs is stored. Each hypothesis is
+/// have sizes), each boulder used less the more it has been used already. Up to kAtOnce of nearly the same
+/// length go through the map together: its pairs are found once for all of them, by going through half of the
+/// ring of buckets around each boulder, so that no table of pairs is stored. Each hypothesis is
 /// looked at by Wald's sequential likelihood ratio test: local boulders, nearest to the pair's middle first,
 /// are looked up in the map's raster, a hit adds ln(P(hit | same ground) / q), a miss ln(P(miss | same
 /// ground) / (1 - q)), q the share of set cells around there; it is dropped once the sum is below
@@ -15,15 +16,17 @@
 ///           + ln[(2 pi)^1.5 sqrt(det C) / V],
 /// p the share of local boulders that the map holds, s the error of a pair on each axis, C the covariance of
 /// the fitted pose, V the volume of all poses that were to be looked for. The boulders that made the
-/// hypothesis need no exception: the volume pays for them.
+/// hypothesis need no exception: the volume pays for them. s grows with the distance from the middle, as
+/// `drift` says. Where that is more than sigma_pair_m, what was fitted is fitted and scored once more without
+/// drift, and the better of the two counts: good odometry is not to look like none.
 ///
-/// The best poses that differ are kept. The search ends when the best one passes `accept_nats` and a whole
-/// local pair has been through the map since, so that what repeats itself was seen elsewhere, too; or when
+/// The best poses that differ are kept. The search ends when the best one passes `accept_nats` and another
+/// local pair has been through the whole map, so that what repeats itself was seen elsewhere, too; or when
 /// pairs or work run out. It says where, not whether to believe it: the caller has its own verdict, and
 /// `behind_nats()` for it.
 ///
-/// Cost. Units: a bucket of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000 boulders
-/// some 2 million operations a local pair, over 77 m with 8,500 some 40 million.
+/// Cost. Units: some boulders of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000
+/// boulders some 0.9 million operations a local pair, over 77 m with 8,500 some 15 million.
 #pragma once
 
 #include <cstdint>
@@ -56,8 +59,8 @@ struct LostSearchParams {
   double sigma_size = 0.25;    ///< of ln(diameter) of a pair, [0.01, 2]; 0: sizes are not looked at
   double accept_nats = 13.8;   ///< [0, 100]
   double margin_nats = 9.0;    ///< [0, 100]
-  double floor_nats = 4.0;     ///< below minus this a hypothesis is dropped, [1, 20]
-  int max_pairs = 80;          ///< local pairs, [1, 10000]
+  double floor_nats = 3.0;     ///< below minus this a hypothesis is dropped, [1, 20]
+  int max_pairs = 64;          ///< local pairs, [1, 10000]
   std::uint64_t max_ops = 4'000'000'000;
 };
 
@@ -79,14 +82,28 @@ struct SearchHit {
 
 class LostSearch {
  public:
-  static constexpr std::size_t kMaxQueue = 64;
+  static constexpr std::size_t kAtOnce = 8;   ///< local pairs that go through the map together
+  static constexpr std::uint32_t kScan = 32;  ///< map boulders of a unit
+  /// Hypotheses that a map boulder and another may give, and room for them.
+  static constexpr std::size_t kMostOfTwo = 2 * kAtOnce;
+  static constexpr std::size_t kMaxQueue = 128;
   /// Map boulders about a local one; more are not looked at.
   static constexpr std::uint32_t kMostAbout = 490;
   static constexpr std::uint32_t choose_ops(std::size_t others) {
     return 10U + 10U * static_cast<std::uint32_t>(others);
   }
+  static constexpr std::uint32_t sort_ops(std::size_t boulders) {
+    return 20U + 18U * static_cast<std::uint32_t>(boulders);
+  }
   static constexpr std::uint32_t kBeginOps = 12;
-  static constexpr std::uint32_t sweep_ops(std::uint32_t boulders) { return 2U + 4U * boulders; }
+  static constexpr std::size_t kMaxRing = 256;  ///< rows of buckets, two pieces each
+  static constexpr std::uint32_t kSpanOps = 3;
+  static constexpr std::uint32_t sweep_ops(std::uint32_t boulders, std::uint32_t hypotheses) {
+    return 3U * boulders + 4U * hypotheses;
+  }
+  static constexpr std::uint32_t most_sweep_ops() {
+    return kBeginOps + kSpanOps * kMaxRing + sweep_ops(kScan, kMaxQueue);
+  }
   /// Before it is known how many looks decide, and of them.
   static constexpr std::uint32_t kLookOps = 40;
   static constexpr std::uint32_t looks_ops(std::uint32_t looks) { return 2U * looks; }
@@ -108,14 +125,13 @@ class LostSearch {
   std::uint64_t ops() const { return ops_; }
 
  private:
-  static constexpr std::size_t kMaxRing = 1024;
   static constexpr int kShareLevels = 32;
   static constexpr std::size_t kShares = 5;  ///< that the score averages over
   static constexpr double kShare[kShares] = {0.15, 0.3, 0.5, 0.7, 0.9};
   static constexpr std::int32_t kUnits = 64;   ///< of a raster cell
   static constexpr std::int32_t kOne = 16384;  ///< of cosines
 
-  enum class Phase : std::uint8_t { kChoose, kSweep, kLook, kFit };
+  enum class Phase : std::uint8_t { kChoose, kSort, kSweep, kLook, kFit };
   struct Point {
     float x = 0.0F;  ///< about the middle of the local map
     float y = 0.0F;
@@ -126,14 +142,29 @@ class LostSearch {
     std::int32_t x = 0;  ///< about the middle of the pair, raster cell / kUnits
     std::int32_t y = 0;
   };
+  /// A local pair that is under way, from its first boulder to its second.
+  struct Pair {
+    double dx = 0.0;
+    double dy = 0.0;
+    double low2 = 0.0;  ///< of the square of its length in the map
+    double high2 = 0.0;
+    double inverse2 = 0.0;  ///< 1 / length^2
+    double middle_x = 0.0;  ///< from the middle of the local map
+    double middle_y = 0.0;
+    double least_m[2] = {};  ///< diameters that its boulders may have in the map
+    double most_m[2] = {};
+  };
   struct Hypothesis {
     std::int32_t x = 0;  ///< middle of the map's pair, raster cell / kUnits
     std::int32_t y = 0;
     std::int32_t cos = kOne;
     std::int32_t sin = 0;
+    std::uint32_t pair = 0;  ///< of pairs_
   };
-  struct Ring {
-    std::int8_t dx;
+  /// Buckets of the ring side by side, from the boulder's own.
+  struct Span {
+    std::int8_t dx0;
+    std::int8_t dx1;
     std::int8_t dy;
   };
   /// Pose of the middle of the local map, in the wide map.
@@ -149,23 +180,26 @@ class LostSearch {
   void choose_row(std::size_t i);
   static double rarity(const Point& p);
   bool was_tried(std::size_t i, std::size_t j) const;
-  void begin_pair();
+  void take_pair();
   void sort_looks(double mx, double my);
+  bool wants_more_pairs() const;
+  void begin_sweep();
   void lay_ring();
   bool sweep_step(WorkBudget& budget);
   bool begin_boulder();
-  double reach_of_pivot() const;
-  bool size_agrees(const Point& local, std::uint32_t map_index) const;
+  static bool size_agrees(const Pair& pair, int end, double diameter_m);
   double size_ratio(const Point& local, std::uint32_t map_index) const;
-  void scan(std::uint32_t first, std::uint32_t end);
-  void propose(double mx, double my, double length2);
-  void end_pair();
+  std::uint32_t sweep_spans();
+  std::uint32_t scan(std::uint32_t first, std::uint32_t end, bool own);
+  void propose(std::uint32_t pair, double mx, double my, double length2, bool forth, bool back);
+  void end_sweep();
   bool enough() const;
   void conclude();
   bool look_step(WorkBudget& budget);
   bool passes(const Hypothesis& h, std::uint32_t& looks) const;
   void begin_fit(const Hypothesis& h);
   void begin_round();
+  bool without_drift();
   bool fit_step(WorkBudget& budget);
   /// Where local boulder `fit_at_` comes to lie, and the buckets within its gate.
   struct Place {
@@ -191,6 +225,7 @@ class LostSearch {
   std::uint32_t hypotheses_ = 0;
   int pairs_tried_ = 0;
   int pairs_since_best_ = 0;
+  bool best_moved_ = false;  ///< since the pairs in hand began
   double log_volume_ = 0.0;
   double sector_cos_ = 1.0;
   double sector_sin_ = 0.0;
@@ -200,41 +235,44 @@ class LostSearch {
   Vec2 middle_site_m_ = Vec2(0.0, 0.0);
   double pivot_x_ = 0.0;  ///< about the middle
   double pivot_y_ = 0.0;
+  double reach2_ = 0.0;  ///< of a local boulder from the region's centre, squared
   double min_length_m_ = 0.0;
   double max_length_m_ = 0.0;
 
-  // The local pair in hand.
+  // The local pairs in hand.
   std::size_t row_ = 0;
   double best_cost_ = 0.0;
   std::uint16_t pair_i_ = 0;
   std::uint16_t pair_j_ = 0;
-  double dx_ = 0.0;
-  double dy_ = 0.0;
-  double length_m_ = 0.0;
-  double tolerance_m_ = 0.0;
-  double middle_dx_ = 0.0;  ///< of the pair, from the middle of the local map
-  double middle_dy_ = 0.0;
+  FixedVector<Pair, kAtOnce> pairs_;
+  FixedVector<Look, cfg::kMaxLocalBoulders> looks_[kAtOnce];  ///< nearest to the pair's middle first
+  double shortest_m_ = 0.0;                                   ///< of those that may go with the first one
+  double longest_m_ = 0.0;
+  double low2_ = 0.0;  ///< of all of them
+  double high2_ = 0.0;
   /// Pairs that were tried, a bit each.
   std::uint32_t tried_[(cfg::kMaxLocalBoulders * cfg::kMaxLocalBoulders / 2 + 31) / 32] = {};
-  FixedVector<Look, cfg::kMaxLocalBoulders> looks_;
   std::int16_t hit_[kShareLevels] = {};  ///< 1/64 nat, by share of set cells
   std::int16_t miss_[kShareLevels] = {};
 
   // The sweep.
-  FixedVector<Ring, kMaxRing> ring_;
+  FixedVector<Span, kMaxRing> ring_;
   std::uint32_t boulder_ = 0;
   bool ring_begun_ = false;
   std::size_t ring_at_ = 0;
-  std::uint32_t bucket_at_ = 0;  ///< boulders of the bucket that were seen
+  std::uint32_t span_at_ = 0;  ///< boulders of the span that were seen
   int column_ = 0;
   int bucket_row_ = 0;
-  double ax_ = 0.0;  ///< the pair's first boulder
+  double ax_ = 0.0;  ///< the boulder
   double ay_ = 0.0;
+  std::uint32_t as_first_ = 0;  ///< pairs that it may be the first one of, a bit each
+  std::uint32_t as_second_ = 0;
   FixedVector<Hypothesis, kMaxQueue> queue_;
   std::size_t queue_at_ = 0;
 
   // The fit.
   Fit fit_;
+  double drift_ = 0.0;  ///< of this fit
   double fit_cos_ = 1.0;
   double fit_sin_ = 0.0;
   int round_ = 0;

@@ -7,7 +7,7 @@
 namespace cairn {
 namespace {
 
-constexpr double kBouldersPerBucket = 1.5;
+constexpr double kBouldersPerBucket = 0.7;
 
 std::uint32_t bits_set(std::uint32_t word) {
   word -= (word >> 1U) & 0x55555555U;
@@ -168,6 +168,9 @@ bool WideMap::run_phase(WorkBudget& budget) {
     case Phase::kBlocks:
       return each(budget, cursor_, static_cast<std::uint32_t>(blocks_x_ * blocks_y_), kBlocksPerUnit,
                   block_ops(), [&](std::uint32_t k) { block_unit(k); });
+    case Phase::kAround:
+      return each(budget, cursor_, static_cast<std::uint32_t>(blocks_x_ * blocks_y_), kAroundPerUnit,
+                  kAroundOps, [&](std::uint32_t k) { around_unit(k); });
     case Phase::kFilling:
     case Phase::kReady: break;
   }
@@ -219,21 +222,18 @@ void WideMap::block_unit(std::uint32_t block) {
   share_[block] = static_cast<std::uint16_t>(share > 0 ? share : 1);
 }
 
-int WideMap::density(std::int32_t x, std::int32_t y) const {
-  const auto block = [](std::int32_t cell, int count) {
-    return cell < 0 ? 0 : at_most(cell / kBlockCells, count - 1);
-  };
-  const int bx = block(x, blocks_x_);
-  const int by = block(y, blocks_y_);
-  int sum = 0;
-  int blocks = 0;
-  for (int r = by > 0 ? by - 1 : 0; r <= at_most(by + 1, blocks_y_ - 1); ++r) {
-    for (int c = bx > 0 ? bx - 1 : 0; c <= at_most(bx + 1, blocks_x_ - 1); ++c) {
+void WideMap::around_unit(std::uint32_t block) {
+  const auto column = static_cast<int>(block % static_cast<std::uint32_t>(blocks_x_));
+  const auto row = static_cast<int>(block / static_cast<std::uint32_t>(blocks_x_));
+  std::uint32_t sum = 0;
+  std::uint32_t blocks = 0;
+  for (int r = row > 0 ? row - 1 : 0; r <= at_most(row + 1, blocks_y_ - 1); ++r) {
+    for (int c = column > 0 ? column - 1 : 0; c <= at_most(column + 1, blocks_x_ - 1); ++c) {
       sum += share_[r * blocks_x_ + c];
       ++blocks;
     }
   }
-  return blocks > 0 ? sum / blocks : 0;
+  around_[block] = static_cast<std::uint16_t>(sum / blocks);
 }
 
 }  // namespace cairn

@@ -2,7 +2,7 @@
 /// a grid of them, and a raster that answers 'does a boulder stand near here?' with one bit.
 ///
 /// Memory. Positions about the origin in single precision (0.1 mm over a kilometre), diameters in
-/// centimetres; a grid of buckets with some 1.5 boulders each, their indices by bucket; a raster of at most
+/// centimetres; a grid of buckets with some 0.7 boulders each, their indices by bucket; a raster of at most
 /// cfg::kOccupancyBits cells, each set where a boulder lies within `reach_m` of any point of the cell. A cell
 /// is kMinCellM wide, or as wide as the raster's room asks for. The share of set cells is kept by block of 64
 /// x 64 cells, so that chance is judged by the density around here.
@@ -30,6 +30,8 @@ class WideMap {
   static constexpr std::uint32_t kBlocksPerUnit = 3;
   static constexpr std::uint32_t kPlaceOps = 50;  ///< of a boulder
   static constexpr std::uint32_t mark_ops(std::uint32_t cells) { return 20U + 4U * cells; }
+  static constexpr std::uint32_t kAroundPerUnit = 32;
+  static constexpr std::uint32_t kAroundOps = 40;  ///< of a block
   static constexpr std::uint32_t block_ops() { return 20U * kBlockCells; }
   /// Of the raster, that a boulder's reach meets.
   static constexpr std::uint32_t cells_of_boulder(double reach_m, double cell_m) {
@@ -100,10 +102,22 @@ class WideMap {
   }
   /// Share of set cells about cell (x, y), clamped to the map: of its block and those around it, in 1/65536,
   /// at least 1.
-  int density(std::int32_t x, std::int32_t y) const;
+  int density(std::int32_t x, std::int32_t y) const {
+    return around_[block_of(y, blocks_y_) * blocks_x_ + block_of(x, blocks_x_)];
+  }
 
  private:
-  enum class Phase : std::uint8_t { kFilling, kClear, kCount, kSum, kPlace, kRaster, kBlocks, kReady };
+  enum class Phase : std::uint8_t {
+    kFilling,
+    kClear,
+    kCount,
+    kSum,
+    kPlace,
+    kRaster,
+    kBlocks,
+    kAround,
+    kReady
+  };
   static constexpr std::size_t kWords = cfg::kOccupancyBits / 32;
   static constexpr std::size_t kMaxBuckets = kCapacity;
   static constexpr std::size_t kMaxBlocks = cfg::kOccupancyBits / (kBlockCells * kBlockCells) + 1024;
@@ -115,6 +129,11 @@ class WideMap {
   void lay_raster();
   void raster_unit(const Point& p);
   void block_unit(std::uint32_t block);
+  void around_unit(std::uint32_t block);
+  static int block_of(std::int32_t cell, int count) {
+    const std::int32_t block = cell > 0 ? cell / kBlockCells : 0;
+    return block < count ? block : count - 1;
+  }
 
   Phase phase_ = Phase::kFilling;
   std::uint32_t cursor_ = 0;
@@ -144,7 +163,8 @@ class WideMap {
   std::uint16_t begin_[kMaxBuckets + 2] = {};
   std::uint16_t by_bucket_[kCapacity] = {};
   std::uint32_t raster_[kWords] = {};
-  std::uint16_t share_[kMaxBlocks] = {};  ///< of set cells by block, in 1/65536
+  std::uint16_t share_[kMaxBlocks] = {};   ///< of set cells by block, in 1/65536
+  std::uint16_t around_[kMaxBlocks] = {};  ///< mean of it and its neighbours
 };
 static_assert(sizeof(WideMap) <= cfg::kWideMapMaxBytes, "raise wide_map_max_bytes in mission_cfg");
 

@@ -93,6 +93,74 @@ void test_found_in_a_square_kilometre(void**) {
   }
 }
 
+/// Odometry that may drift, and did not, is as good as one that can't: nearly all of the evidence is found, and
+/// the search ends early.
+void test_drift_that_was_not(void**) {
+  Random random(31);
+  scatter(random, 10000, 1000.0);
+  LostSearchParams p = usual();
+  int pairs = 0;
+  for (int trial = 0; trial < 8; ++trial) {
+    see(random, 1000.0, 30.0, 10, 10, false);
+    p.drift = 0.0;
+    assert_int_equal(run(p), LostStatus::kFound);
+    const double without = search.hits()[0].score_nats;
+    p.drift = 0.01;
+    assert_int_equal(run(p), LostStatus::kFound);
+    assert_true(search.hits()[0].score_nats > without - 1.0);
+    assert_true(error_m() < 0.2);
+    pairs += search.pairs_tried();
+  }
+  assert_true(pairs < 8 * p.max_pairs / 2);
+}
+
+/// And that which did drift, by as much as is said.
+void test_drift_that_was(void**) {
+  Random random(32);
+  scatter(random, 10000, 1000.0);
+  LostSearchParams p = usual();
+  p.drift = 0.02;
+  for (int trial = 0; trial < 8; ++trial) {
+    see(random, 1000.0, 30.0, 20, 20, false);
+    const double stretch = trial % 2 == 0 ? 1.02 : 0.98;
+    for (LocalBoulder& b : local_map) b.p_site_m *= stretch;
+    assert_int_equal(run(p), LostStatus::kFound);
+    assert_true(error_m() < 0.6);
+  }
+}
+
+/// Every two map boulders as far apart as the local pair, within 2.5 sigmas, in both directions: against all.
+void test_no_pair_of_the_map_is_missed(void**) {
+  Random random(33);
+  for (const double side : {60.0, 200.0}) {
+    scatter(random, 1500, side);
+    see(random, side, 8.0, 0, 12, false);
+    LostSearchParams p = usual();
+    p.max_pairs = 1;
+    assert_int_equal(run(p), LostStatus::kNotFound);
+    Vec2 middle(0.0, 0.0);
+    for (const LocalBoulder& b : local_map) middle += b.p_site_m / static_cast<double>(local_map.size());
+    double spread2 = 0.0;
+    for (const LocalBoulder& b : local_map) spread2 += (b.p_site_m - middle).squaredNorm();
+    const double least = 0.5 * std::sqrt(2.0 * spread2 / static_cast<double>(local_map.size()));
+    double length = 1.0e9;  // of the first pair: the shortest of those that are long enough
+    for (std::size_t i = 0; i < local_map.size(); ++i) {
+      for (std::size_t k = 0; k < i; ++k) {
+        const double l = (local_map[i].p_site_m - local_map[k].p_site_m).norm();
+        if (l >= least && l < length) length = l;
+      }
+    }
+    const double play = 2.5 * std::sqrt(2.0) * kNoise;
+    std::uint32_t as_long = 0;
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      for (std::size_t k = 0; k < field.size(); ++k)
+        as_long += i != k && std::fabs((field[i].p_map_m - field[k].p_map_m).norm() - length) <= play;
+    }
+    assert_true(as_long > 200);
+    assert_true(search.hypotheses() + 3 >= as_long && search.hypotheses() <= as_long + 3);  // floats
+  }
+}
+
 void test_found_on_dense_ground(void**) {
   Random random(22);
   scatter(random, 8500, 77.0);
@@ -229,7 +297,7 @@ void test_work_is_bounded(void**) {
   LostSearchParams p = usual();
   p.max_ops = 1000000;
   assert_int_equal(run(p), LostStatus::kNotFound);
-  assert_int_equal(search.pairs_tried(), 1);  // the pair in hand is finished
+  assert_int_equal(search.pairs_tried(), 2);  // those in hand are finished
   p = usual();
   p.max_pairs = 3;
   assert_int_equal(run(p), LostStatus::kNotFound);
@@ -246,7 +314,7 @@ void test_same_for_every_slicing(void**) {
   assert_int_equal(other.start(p, map, local_map, Vec2(0.0, 0.0), SearchRegion()), LostStatus::kRunning);
   int steps = 1;
   for (WorkBudget slice(1); other.step(slice) == Progress::kMore;
-       slice = WorkBudget(steps % 3 == 0 ? 1 : 701))
+       slice = WorkBudget(steps % 3 == 0 ? 1 : 101))
     ++steps;
   assert_true(steps > 500);
   assert_int_equal(other.status(), search.status());
@@ -265,6 +333,9 @@ void test_same_for_every_slicing(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_found_in_a_square_kilometre),
+      cmocka_unit_test(test_drift_that_was_not),
+      cmocka_unit_test(test_drift_that_was),
+      cmocka_unit_test(test_no_pair_of_the_map_is_missed),
       cmocka_unit_test(test_found_on_dense_ground),
       cmocka_unit_test(test_sizes_are_evidence),
       cmocka_unit_test(test_another_place_is_not_found),
