@@ -93,8 +93,8 @@ void test_found_in_a_square_kilometre(void**) {
   }
 }
 
-/// Odometry that may drift, and did not, is as good as one that can't: nearly all of the evidence is found, and
-/// the search ends early.
+/// Odometry that may drift, and did not, is as good as one that can't: nearly all of the evidence is
+/// found, and the search ends early.
 void test_drift_that_was_not(void**) {
   Random random(31);
   scatter(random, 10000, 1000.0);

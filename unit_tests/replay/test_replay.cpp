@@ -14,7 +14,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0x0CF3E3DFU, 0, 0};
-constexpr Golden kWhole = {35, 0x3F84F353U, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x630EDB1DU, 0x6BA3C80EU, 0x520BB28CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
