@@ -28,7 +28,7 @@ enum class CAIRN_NODISCARD StereoStatus : std::uint8_t {
   kPoints,       ///< the frame is complete: the only status in which it may be used
   kBadImage,     ///< an image is missing or of the wrong size
   kFewFeatures,  ///< black, saturated or featureless image
-  kFewPoints,    ///< too few left-right matches (left and right swapped, say)
+  kFewPoints,    ///< too few left-right matches, or off their rows (swapped, of two times, a raw lens, say)
 };
 
 struct StereoFrameParams {
@@ -36,9 +36,6 @@ struct StereoFrameParams {
   int max_disparity_px = cfg::kMission.max_disparity_px;
   int epipolar_band_px = 2;  ///< about the row where a partner is expected
   int search_band_px = 8;    ///< where that finds too few in the first pairs: 6 px off, and the band
-  /// Of the left features outside `own`; with fewer stereo points the frame is kFewPoints. Left and right
-  /// swapped gives up to 3 % by chance, a right image of another time (0.06 m away) 8 %, good images 60 %.
-  double min_stereo_share = 0.12;
   OwnHardware own = kMissionHardware;  ///< features there give no points
   bool paper_exact = false;            ///< disparities of the keypoints as the detector found them
   MatchParams match;
@@ -111,6 +108,7 @@ class StereoFrameJob {
   void fit_plane(bool first);
   void take_plane();
   void refine_point(std::size_t i);
+  bool rows_agree() const;
   void count_points();
 
   StereoFrameParams params_;
@@ -121,12 +119,13 @@ class StereoFrameJob {
   bool worked_ = false;  ///< the phase's work is done
   std::size_t cursor_ = 0;
   int features_left_ = 0;
-  int ground_features_ = 0;  ///< of these, outside `own`
-  int searches_left_ = 0;    ///< pairs that may be matched in the wide band
-  bool wide_ = false;        ///< this one is
-  bool searched_ = false;    ///< this one was
+  int searches_left_ = 0;  ///< pairs that may be matched in the wide band
+  bool wide_ = false;      ///< this one is
+  bool searched_ = false;  ///< this one was
   int features_right_ = 0;
   int points_ = 0;
+  int aligned_ = 0;  ///< patches found in the right image ...
+  int on_row_ = 0;   ///< ... of these, with both sides on one row once corrected
   ImageU8 right_image_;
   StereoFrame* frame_ = nullptr;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);  ///< about the image centre, slopes per half width

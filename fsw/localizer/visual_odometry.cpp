@@ -407,7 +407,8 @@ void VisualOdometry::accept(const MotionResult& motion) {
   reference_own_points_ += result_.own_points;
   result_.own_points = reference_own_points_;
   result_.mostly_own = reference_own_points_ > others;
-  if (!(T_prev_cur.t.norm() <= params_.max_step_m * elapsed_) ||
+  const Pose3 step_rover = rig_.T_rover_cam * T_prev_cur * rig_.T_rover_cam.inverse();
+  if (!(step_rover.t.norm() <= params_.max_step_m * elapsed_) ||
       !(quat_log(T_prev_cur.q).norm() <= params_.max_step_rad * elapsed_)) {
     lose(VoStatus::kImplausible);
     return;

@@ -31,7 +31,7 @@ enum class CAIRN_NODISCARD VoStatus : std::uint8_t {
   kMotion,       ///< motion estimated: the only status that may move the pose
   kBadImage,     ///< an image is missing or of the wrong size; the reference stays
   kFewFeatures,  ///< black, saturated or featureless image; the reference stays
-  kFewStereo,    ///< too few left-right matches (left and right swapped, say); the reference stays
+  kFewStereo,    ///< too few left-right matches, or off their rows (swapped, say); the reference stays
   kFewMatches,   ///< too few matches from the reference; the frame becomes the new reference
   kNoConsensus,  ///< matches do not agree on a motion; the frame becomes the new reference
   kImplausible,  ///< motion larger than the mission allows; the frame becomes the new reference
@@ -47,7 +47,7 @@ struct VoParams : StereoFrameParams {
   int first_search_radius_px = cfg::kMission.first_search_radius_px;
   int max_reference_age = cfg::kMission.max_reference_age;
   double min_reference_share = 0.5;  ///< of the reference's points; below it the reference is renewed
-  double max_step_m = cfg::kMission.max_step_m;
+  double max_step_m = cfg::kMission.max_step_m;  ///< of the rover, not of a camera that swings on its mast
   double max_step_rad = cfg::kMission.max_step_rad;
   MotionParams motion;
 };
