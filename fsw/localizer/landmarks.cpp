@@ -57,6 +57,7 @@ void Landmarks::take(const ReliefBoulder& b) {
     if (landmarks_.push_back(fresh)) {
       best = &landmarks_.back();
     } else {
+      if (oldest == nullptr) return;  // room for none
       best = oldest;
       *best = fresh;
     }

@@ -459,6 +459,57 @@ bool PoseSearchJob::all_seen(const BoulderQuery& whole, const BoulderQuery& piec
   return true;
 }
 
+/// One unit of a pair's hypotheses.
+Progress PoseSearchJob::follow_pair(WorkBudget& budget) {
+  switch (phase_) {
+    case Phase::kGather: {
+      const BoulderQuery whole = firsts_query();
+      const BoulderQuery query = whole.piece(seen_);
+      if (!budget.take(gather_ops(query.ops()))) return Progress::kMore;
+      gather_firsts(query);
+      if (!all_seen(whole, query)) break;
+      seconds_.clear();
+      phase_ = Phase::kFirst;
+      break;
+    }
+    case Phase::kFirst: {
+      if (first_ == firsts_.size()) {
+        phase_ = Phase::kPair;
+        break;
+      }
+      const BoulderQuery whole = seconds_query();
+      const BoulderQuery query = whole.piece(seen_);
+      if (!budget.take(first_ops(query.ops()))) return Progress::kMore;
+      gather_seconds(query);
+      if (!all_seen(whole, query)) break;
+      second_ = 0;
+      phase_ = Phase::kSecond;
+      break;
+    }
+    case Phase::kSecond:
+      if (second_ == seconds_.size()) {
+        ++first_;
+        seconds_.clear();
+        phase_ = Phase::kFirst;
+        break;
+      }
+      if (!budget.take(kSecondOps)) return Progress::kMore;
+      if (hypothesise(seconds_[second_++])) phase_ = Phase::kLook;
+      break;
+    case Phase::kLook: {
+      const BoulderQuery whole = look_query();
+      const BoulderQuery query = whole.piece(seen_);
+      if (!budget.take(look_ops(query.ops()))) return Progress::kMore;
+      if (seen_ == 0) near_ = BoulderGrid::none(whole);
+      ground_.grid().nearest(query, sizes_, near_);
+      if (all_seen(whole, query) && !look(near_)) phase_ = Phase::kSecond;
+      break;
+    }
+    default: break;
+  }
+  return Progress::kDone;
+}
+
 Progress PoseSearchJob::step(WorkBudget& budget) {
   while (status_ == SearchStatus::kRunning) {
     switch (phase_) {
@@ -494,49 +545,12 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
         first_ = 0;
         phase_ = Phase::kGather;
         break;
-      case Phase::kGather: {
-        const BoulderQuery whole = firsts_query();
-        const BoulderQuery query = whole.piece(seen_);
-        if (!budget.take(gather_ops(query.ops()))) return Progress::kMore;
-        gather_firsts(query);
-        if (!all_seen(whole, query)) break;
-        seconds_.clear();
-        phase_ = Phase::kFirst;
-        break;
-      }
-      case Phase::kFirst: {
-        if (first_ == firsts_.size()) {
-          phase_ = Phase::kPair;
-          break;
-        }
-        const BoulderQuery whole = seconds_query();
-        const BoulderQuery query = whole.piece(seen_);
-        if (!budget.take(first_ops(query.ops()))) return Progress::kMore;
-        gather_seconds(query);
-        if (!all_seen(whole, query)) break;
-        second_ = 0;
-        phase_ = Phase::kSecond;
-        break;
-      }
+      case Phase::kGather:
+      case Phase::kFirst:
       case Phase::kSecond:
-        if (second_ == seconds_.size()) {
-          ++first_;
-          seconds_.clear();
-          phase_ = Phase::kFirst;
-          break;
-        }
-        if (!budget.take(kSecondOps)) return Progress::kMore;
-        if (hypothesise(seconds_[second_++])) phase_ = Phase::kLook;
+      case Phase::kLook:
+        if (follow_pair(budget) == Progress::kMore) return Progress::kMore;
         break;
-      case Phase::kLook: {
-        const BoulderQuery whole = look_query();
-        const BoulderQuery query = whole.piece(seen_);
-        if (!budget.take(look_ops(query.ops()))) return Progress::kMore;
-        if (seen_ == 0) near_ = BoulderGrid::none(whole);
-        ground_.grid().nearest(query, sizes_, near_);
-        if (all_seen(whole, query) && !look(near_)) phase_ = Phase::kSecond;
-        break;
-      }
       case Phase::kRefine:
         if (evidence_.step(budget) == Progress::kMore) return Progress::kMore;
         refined();

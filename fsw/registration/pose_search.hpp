@@ -152,6 +152,7 @@ class PoseSearchJob {
   bool hypothesise(std::uint16_t second);
   BoulderQuery look_query() const;
   bool all_seen(const BoulderQuery& whole, const BoulderQuery& piece);
+  Progress follow_pair(WorkBudget& budget);
   bool look(const NearestBoulder& near);
   bool distinct(const Hypothesis& a, const Hypothesis& b) const;
   bool distinct(const Candidate& a, const Candidate& b) const;

@@ -225,10 +225,11 @@ void WideMap::block_unit(std::uint32_t block) {
 void WideMap::around_unit(std::uint32_t block) {
   const auto column = static_cast<int>(block % static_cast<std::uint32_t>(blocks_x_));
   const auto row = static_cast<int>(block / static_cast<std::uint32_t>(blocks_x_));
-  std::uint32_t sum = 0;
-  std::uint32_t blocks = 0;
+  std::uint32_t sum = share_[block];
+  std::uint32_t blocks = 1;
   for (int r = row > 0 ? row - 1 : 0; r <= at_most(row + 1, blocks_y_ - 1); ++r) {
     for (int c = column > 0 ? column - 1 : 0; c <= at_most(column + 1, blocks_x_ - 1); ++c) {
+      if (r == row && c == column) continue;
       sum += share_[r * blocks_x_ + c];
       ++blocks;
     }
