@@ -298,7 +298,7 @@ same-bits: ## the sample drive on all targets: the same telemetry to the bit (a 
 
 same-drive: ## any drive on all targets: the same sums of all its telemetry (DRIVE=folder, or the sample; TAPE_FRAMES=n)
 	@+sums=; faults=0; for t in $(TARGETS); do \
-	  $(MAKE) -s TARGET=$$t replay >build/same-drive.log && told=$$(tail -1 build/same-drive.log) || \
+	  $(MAKE) -s TARGET=$$t replay >build/same-drive.log && told=$$(tail -1 build/same-drive.log | tr -d '\r') || \
 	    { tail -3 build/same-drive.log; exit 1; }; \
 	  printf '%-8s %s\n' "$$t" "$$told"; [ "$$told" = "$${sums:=$$told}" ] || faults=1; \
 	done; exit $$faults
