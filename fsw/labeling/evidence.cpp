@@ -22,36 +22,6 @@ RegionBox widen(const RegionBox& box, double share, int least) {
 
 }  // namespace
 
-void RegionEvidenceJob::PlaneSums::add(double weight, double px, double py, double pz) {
-  const double wx = weight * px;
-  const double wy = weight * py;
-  w += weight;
-  x += wx;
-  y += wy;
-  z += weight * pz;
-  xx += wx * px;
-  xy += wx * py;
-  yy += wy * py;
-  xz += wx * pz;
-  yz += wy * pz;
-}
-
-/// Solved by Cramer's rule: three unknowns, always well scaled here. Slopes about the centroid, held to zero
-/// by a prior of (0.01 m)^2 on the spread: few points in a row fix no tilt.
-void RegionEvidenceJob::PlaneSums::solve(Plane& plane) const {
-  const double mx = x / w;
-  const double my = y / w;
-  const double sxx = xx / w - mx * mx + 1.0e-4;
-  const double syy = yy / w - my * my + 1.0e-4;
-  const double sxy = xy / w - mx * my;
-  const double sxz = xz / w - mx * z / w;
-  const double syz = yz / w - my * z / w;
-  const double det = sxx * syy - sxy * sxy;
-  plane.a = (sxz * syy - syz * sxy) / det;
-  plane.b = (syz * sxx - sxz * sxy) / det;
-  plane.c = z / w - plane.a * mx - plane.b * my;
-}
-
 RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params, const RegionBoxes& regions,
                                               SurfacePoints& points) {
   params_ = params;
@@ -226,7 +196,7 @@ void RegionEvidenceJob::gather(std::size_t index) {
 /// What the loop takes and adds to is a copy, which can stay in registers.
 void RegionEvidenceJob::fit(std::size_t end) {
   const SurfacePoint* const points = points_->data();
-  const Plane plane = plane_;
+  const GroundPlane plane = plane_;
   const double per_scale = 1.0 / params_.plane_scale_m;
   PlaneSums sums = sums_;
   for (; cursor_ < end; ++cursor_) {
@@ -234,8 +204,7 @@ void RegionEvidenceJob::fit(std::size_t end) {
     double w = 1.0;
     if (iteration_ > 0) {
       const double r = plane.height(p) * per_scale;
-      const double above = 1.0 + r * r;
-      w = r > 0.0 ? 1.0 / (above * above) : 1.0 / (1.0 + 0.25 * r * r);
+      w = ground_weight(r);
     }
     sums.add(w, p.x() - plane.x0, p.y() - plane.y0, p.z());
   }

@@ -20,6 +20,7 @@
 #include "core/fixed_vector.hpp"
 #include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
+#include "labeling/plane_fit.hpp"
 #include "mission_cfg.hpp"
 
 namespace cairn {
@@ -94,17 +95,6 @@ class RegionEvidenceJob {
     kOwn,     ///< its own points that are raised
     kMark,    ///< what belongs to it
   };
-  struct Plane {
-    double a, b, c, x0, y0;
-    double height(const Vec3& p) const { return p.z() - (a * (p.x() - x0) + b * (p.y() - y0) + c); }
-  };
-  /// Sums of a least squares fit of a plane, with weights.
-  struct PlaneSums {
-    double w = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
-
-    void add(double weight, double px, double py, double pz);
-    void solve(Plane& plane) const;
-  };
   /// Points, from one on to before another.
   struct Span {
     std::size_t begin;
@@ -142,7 +132,7 @@ class RegionEvidenceJob {
   std::size_t near_end_ = 0;
   int labelled_ = 0;  ///< its own points there
   int iteration_ = 0;
-  Plane plane_{};
+  GroundPlane plane_{};
   PlaneSums sums_;
   int own_ = 0;  ///< its own points that are raised
   double top_m_ = 0.0;
