@@ -135,7 +135,7 @@ paper: ## the paper's evaluation: 100 m, 7 map resolutions (SEEDS='1 2 ...' METH
 	@$(CAIRN) report $(PAPER_RUNS:%=$(PAPER)/$(firstword $(SEEDS))/%) -o $(PAPER)/report.html
 
 hirise: ## a mast rig over maps of 25 cm a pixel, VO as it is and worsened (SEEDS='1 2 ...'): table, report
-	@+$(MAKE) TARGET=host MISSION=mast SAN= build/host-mast/cairn
+	@+$(MAKE) deps-build && $(MAKE) $(jobs) TARGET=host MISSION=mast SAN= build/host-mast/cairn
 	@printf 'Rendering sites and drives: %s\n' '$(SEEDS:%=$(HIRISE)/%)'
 	@+$(MAKE) $(SEEDS:%=$(HIRISE)/%/data/.rendered)
 	@printf 'Preparing maps, driving over them\n'

@@ -11,6 +11,11 @@ bool active(const cfg::ScheduleRow& row, int minor) {
   return minor >= row.first_minor && minor <= row.last_minor;
 }
 
+static_assert(cfg::kFixBeginOps >=
+                  2 * cfg::kMaxLocalBoulders * BoulderTracks::settle_ops(cfg::kMaxLocalBoulders) +
+                      Localizer::kBeginFixOps,
+              "schedule: with the local map full, no fix would begin");
+
 }  // namespace
 
 void Executive::init() { *this = Executive(); }
