@@ -335,6 +335,10 @@ void Relief::describe() {
   b.z_site_m = sums_.z / n;
   b.height_m = sums_.top_m;
   b.diameter_m = std::sqrt(width * depth);
+  if (b.diameter_m > widest_m()) {
+    ++dropped_;
+    return;
+  }
   const double hidden = params_.depth_share * (depth - seen) + 0.05 * depth;
   b.sigma_m = std::sqrt(0.25 * cell * cell + 0.5 * hidden * hidden);
   b.range_m = (b.p_site_m - centre_site_m_).norm();

@@ -134,6 +134,8 @@ class Relief {
   const Vec2& centre_site_m() const { return centre_site_m_; }  ///< of the last survey
   double way_m() const { return way_m_; }                       ///< then
   double stale_m() const { return params_.stale_m; }
+  /// Half of the ground that a plane is fitted to: what is wider may as well be a swell, and is dropped.
+  double widest_m() const { return 0.5 * 5.0 * kBlock * params_.cell_m; }
   /// What stands so near is in a survey whole.
   double sure_m() const { return 0.5 * (grid_.side - kBlock) * params_.cell_m - 1.5; }
 

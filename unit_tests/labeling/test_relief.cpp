@@ -195,6 +195,16 @@ void test_old_views_are_dropped(void**) {
   assert_int_equal(relief.result().size(), 0);
 }
 
+// A swell of six metres is no boulder, however high it stands; one of two metres is.
+void test_swells_are_no_boulders(void**) {
+  look(fresh(), with_dome(6.0, 0.0, 1.0, 0.7), 0.0, 0.0, 0.0);
+  survey(relief, Vec2(0.0, 0.0));
+  assert_int_equal(relief.result().size(), 1);
+  look(fresh(), with_dome(7.5, 0.0, 3.0, 0.8), 0.0, 0.0, 0.0);
+  survey(relief, Vec2(0.0, 0.0));
+  assert_int_equal(relief.result().size(), 0);
+}
+
 void test_too_large_is_counted(void**) {
   Scene scene;  // a wall across the view: more cells than a boulder has
   scene.domes.append({Vec2(6.0, 0.0), 3.5, 1.2});
@@ -251,6 +261,7 @@ int main() {
       cmocka_unit_test(test_two_stay_two),
       cmocka_unit_test(test_place_does_not_matter),
       cmocka_unit_test(test_old_views_are_dropped),
+      cmocka_unit_test(test_swells_are_no_boulders),
       cmocka_unit_test(test_too_large_is_counted),
       cmocka_unit_test(test_absurd_points_are_left_out),
       cmocka_unit_test(test_slices_do_not_matter),
