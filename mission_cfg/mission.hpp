@@ -117,7 +117,6 @@ struct Mission {
 
   // Labelling (labeling/clustering.hpp).
   int max_cluster_points = 1024;  ///< 3D points of the boulders of one frame, or boulders of the local map
-  int max_average_linkage_points = 256;  ///< for average linkage: its matrix has n (n-1)/2 doubles
 
   // Segmentation (fsw/segmentation): what the parameters mean is told there.
   int segmentation_divisor = 2;  ///< 1: full resolution, 2: half

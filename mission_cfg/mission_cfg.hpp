@@ -11,6 +11,9 @@ namespace cairn::cfg {
 inline constexpr int kImageWidth = kMission.image_width_px;
 inline constexpr int kImageHeight = kMission.image_height_px;
 inline constexpr std::size_t kImagePixels = static_cast<std::size_t>(kImageWidth) * kImageHeight;
+/// Of the image that is segmented.
+inline constexpr std::size_t kWorkingPixels =
+    kImagePixels / (kMission.segmentation_divisor * kMission.segmentation_divisor);
 inline constexpr std::size_t kMaxFeatures = kMission.max_features;
 inline constexpr std::size_t kMaxLabels = kMission.max_labels;
 inline constexpr std::size_t kMaxMapWindowBoulders = kMission.max_map_window_boulders;
@@ -25,7 +28,6 @@ inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
 inline constexpr std::size_t kPoseSearchMaxBytes = kMission.pose_search_max_bytes;
 inline constexpr std::size_t kMapFixMaxBytes = kMission.map_fix_max_bytes;
 inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
-inline constexpr std::size_t kMaxAverageLinkagePoints = kMission.max_average_linkage_points;
 
 inline constexpr std::size_t kMaxProbes =
     static_cast<std::size_t>(kImageWidth / kMission.probe_spacing_px + 1) *
@@ -33,7 +35,7 @@ inline constexpr std::size_t kMaxProbes =
 // Static memory by part: working images, one number or two a pixel, and what a boulder takes.
 inline constexpr std::size_t kVoMaxBytes = 16 * kImagePixels;  ///< 3 MiB at 512 x 384
 inline constexpr std::size_t kObserverMaxBytes = 16 * kImagePixels;
-inline constexpr std::size_t kSegmentationMaxBytes = 8 * kImagePixels;
+inline constexpr std::size_t kSegmentationMaxBytes = 5 * kImagePixels + 3 * kWorkingPixels;
 inline constexpr std::size_t kTracksMaxBytes = 256 * kMaxLocalBoulders;
 inline constexpr std::size_t kMapWindowMaxBytes = 32 * kMaxMapWindowBoulders;
 inline constexpr std::size_t kWideMapMaxBytes = kOccupancyBits / 8 + 20 * kMaxWideMapBoulders;
@@ -44,6 +46,8 @@ static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0,
               "image width: even, 64 to 2048");
 static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 0,
               "image height: even, 64 to 2048");
+static_assert(kMission.segmentation_divisor == 1 || kMission.segmentation_divisor == 2,
+              "segmentation: 1 or 2");
 static_assert(kMaxFeatures >= 50 && kMaxFeatures <= 4096, "features: 50 to 4096");
 static_assert(kMaxLabels >= 8 && kMaxLabels <= 255, "labels fit a byte, 0 is 'none'");
 static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMission.min_disparity_px,
@@ -58,7 +62,5 @@ static_assert(kOccupancyBits % 32 == 0 && kOccupancyBits >= 1024 * 1024,
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
 static_assert(kMaxMapChunks >= 1 && kMaxMapChunks <= 0xFFFF, "chunks are numbered by 16 bits");
 static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");
-static_assert(kMaxAverageLinkagePoints >= 1 && kMaxAverageLinkagePoints <= kMaxClusterPoints,
-              "a part of the points");
 
 }  // namespace cairn::cfg

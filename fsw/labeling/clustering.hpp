@@ -1,25 +1,18 @@
 /// Agglomerative clustering of 3D points by Euclidean distance, and the labels that it merges (METHOD section
 /// B.2: mends over-segmentation; also joins boulders of the local map that lie within a merge distance).
 ///
-/// Agglomeration starts with every point alone and joins the two closest clusters until none are closer
-/// than the cut.
-/// - Single linkage (distance of clusters = that of their closest points). Its clusters at a cut are the
-///   connected components of the graph that joins points within the cut, so that is what is computed: n^2
-///   distances at worst, O(n) memory, no merge order and so no ties. Follows long shapes; a chain of stray
-///   points joins two boulders.
-/// - Average linkage (mean over all pairs; UPGMA, Sokal & Michener 1958). Compact clusters, no chaining.
-///   Needs the matrix of cluster distances, so it takes at most kMaxAverageLinkagePoints. Of equal distances
-///   the pair with the lowest indices merges first (a cluster is known by its lowest point).
-/// Distances equal to the cut still join.
+/// Agglomeration starts with every point alone and joins the two closest clusters until none are closer than
+/// the cut; the distance of two clusters is that of their closest points (single linkage). Its clusters at a
+/// cut are the connected components of the graph that joins points within the cut, so that is what is
+/// computed: n^2 distances at worst, O(n) memory, no merge order and so no ties. It follows long shapes; a
+/// chain of stray points joins two boulders. Distances equal to the cut still join.
 ///
 /// Merging of labels. Each point may carry a label (a region; 0 = none). A label belongs to the cluster that
 /// holds most of its points (of equal ones the first), and labels of one cluster are one boulder, which takes
 /// the lowest of them. By majority, because a few points that strayed off a region must not chain it
 /// to its neighbour.
 ///
-/// Cost. Single: 4 n^2 operations, units of one point. Average: 6 n a unit; n units for the matrix, then one
-/// for each merge and for each cluster whose nearest one went (n^2 / 2 of them at worst, about 2 n as
-/// measured). Labels: 3 n a unit, kMaxLabels units.
+/// Cost: 4 n^2 operations, units of one point; for the labels 3 n a unit, kMaxLabels units.
 #pragma once
 
 #include <cstdint>
@@ -33,18 +26,14 @@
 namespace cairn {
 
 enum class CAIRN_NODISCARD ClusteringStatus : std::uint8_t {
-  kIdle,           ///< never started
-  kRunning,        ///< call step() again
-  kDone,           ///< the result may be read
-  kNoPoints,       ///< nothing to cluster
-  kTooManyPoints,  ///< average linkage: more than kMaxAverageLinkagePoints
-  kBadInput,       ///< a point not finite or beyond 1e7 m, label above kMaxLabels, cut outside [0, 1e6] m
+  kIdle,      ///< never started
+  kRunning,   ///< call step() again
+  kDone,      ///< the result may be read
+  kNoPoints,  ///< nothing to cluster
+  kBadInput,  ///< a point not finite or beyond 1e7 m, label above kMaxLabels, cut outside [0, 1e6] m
 };
 
-enum class Linkage : std::uint8_t { kSingle, kAverage };
-
 struct ClusteringParams {
-  Linkage linkage = Linkage::kSingle;
   double cut_m = 0.1;  ///< clusters farther apart stay apart
 };
 
@@ -77,19 +66,10 @@ class ClusteringJob {
 
  private:
   static constexpr std::uint16_t kNone = 0xFFFF;
-  static constexpr std::uint16_t kStale = 0xFFFE;  ///< of a nearest cluster: to be found again
-  static constexpr std::size_t kPairs =
-      cfg::kMaxAverageLinkagePoints * (cfg::kMaxAverageLinkagePoints - 1) / 2;
-
-  enum class Phase : std::uint8_t { kSpread, kMatrix, kMerge, kNumber, kLabels };
+  enum class Phase : std::uint8_t { kSpread, kNumber, kLabels };
 
   double distance2(std::size_t a, std::size_t b) const;
   void spread_unit();
-  double& between(std::size_t a, std::size_t b);
-  void matrix_unit();
-  void find_nearest(std::size_t a);
-  bool merge_unit();
-  void join(std::size_t a, std::size_t b);
   void number_clusters();
   void label_unit();
   bool unit(WorkBudget& budget);
@@ -103,16 +83,9 @@ class ClusteringJob {
   /// Lowest point of the cluster; kNone: not reached yet.
   std::uint16_t root_of_[cfg::kMaxClusterPoints] = {};
 
-  // Single linkage: points reached but not yet looked around from.
-  std::uint16_t queue_[cfg::kMaxClusterPoints] = {};
+  std::uint16_t queue_[cfg::kMaxClusterPoints] = {};  ///< points reached; seen to: those before cursor_
   std::size_t queue_size_ = 0;
   std::size_t seed_ = 0;
-
-  // Average linkage: clusters by their lowest point.
-  double matrix_[kPairs > 0 ? kPairs : 1] = {};
-  std::uint16_t nearest_[cfg::kMaxAverageLinkagePoints] = {};  ///< above its own index; kNone: there is none
-  double nearest_m_[cfg::kMaxAverageLinkagePoints] = {};
-  std::uint16_t members_[cfg::kMaxAverageLinkagePoints] = {};  ///< 0: merged into another
 
   std::uint16_t tally_[cfg::kMaxClusterPoints] = {};       ///< points of one label by cluster
   std::uint8_t first_label_[cfg::kMaxClusterPoints] = {};  ///< lowest label of a cluster; 0: none yet

@@ -31,7 +31,7 @@ struct BoulderParams {
   SegmentationParams segmentation;
   StereoProbeParams probe;
   RegionEvidenceParams evidence;
-  ClusteringParams clustering{Linkage::kSingle, cfg::kMission.boulder_cut_m};
+  ClusteringParams clustering{cfg::kMission.boulder_cut_m};
   BoulderCentre centre = BoulderCentre::kFootprint;
   double max_range_m = cfg::kMission.boulder_max_range_m;
   OwnHardware own = kMissionHardware;  ///< nothing there is a boulder

@@ -6,7 +6,7 @@ namespace cairn {
 
 void RegionMap::clear(int width, int height) {
   CAIRN_ASSERT(width >= 1 && height >= 1);
-  CAIRN_ASSERT(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) <= cfg::kImagePixels);
+  CAIRN_ASSERT(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) <= cfg::kWorkingPixels);
   width_ = width;
   height_ = height;
   numbers_ = 0;

@@ -27,7 +27,7 @@ inline constexpr std::uint16_t kNoRegion = 65535;
 
 class RegionMap {
  public:
-  /// Empties the map for an image of this size: at least 1 x 1, at most cfg::kImagePixels.
+  /// Empties the map for an image of this size: at least 1 x 1, at most cfg::kWorkingPixels.
   void clear(int width, int height);
 
   /// Adds the next row, `y`, of `grey` (rows 0, 1, ... in order): a pixel joins the regions of its upper and
@@ -73,7 +73,7 @@ class RegionMap {
   int width_ = 0;
   int height_ = 0;
   int numbers_ = 0;
-  std::uint16_t number_[cfg::kImagePixels] = {};
+  std::uint16_t number_[cfg::kWorkingPixels] = {};
   /// Together, as both are asked for.
   struct Node {
     std::uint16_t parent = 0;

@@ -14,7 +14,10 @@ bool is_valid(const SegmentationParams& p) {
 
 bool is_valid(const ImageU8& image, int divisor) {
   return image.data != nullptr && image.width >= divisor && image.height >= divisor &&
-         image.width <= cfg::kImageWidth && image.height <= cfg::kImageHeight && image.stride >= image.width;
+         image.width <= cfg::kImageWidth && image.height <= cfg::kImageHeight &&
+         image.stride >= image.width &&
+         static_cast<std::size_t>(image.width / divisor) * static_cast<std::size_t>(image.height / divisor) <=
+             cfg::kWorkingPixels;
 }
 
 }  // namespace

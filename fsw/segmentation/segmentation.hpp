@@ -38,7 +38,7 @@
 namespace cairn {
 
 struct SegmentationParams {
-  int scale_divisor = cfg::kMission.segmentation_divisor;      ///< 1 or 2
+  int scale_divisor = cfg::kMission.segmentation_divisor;      ///< 1 or 2, the mission's or more
   int spatial_radius_px = cfg::kMission.mean_shift_radius_px;  ///< of the mean shift, working pixels, 1 to 32
   int range_radius_grey = cfg::kMission.mean_shift_radius_grey;    ///< 1 to 255
   int max_iterations = 5;                                          ///< 1 to 100
@@ -94,7 +94,8 @@ class SegmentationJob {
     return static_cast<std::uint32_t>(kRun + max_labels);
   }
 
-  /// `image`: at least one working pixel, at most the mission's size. Borrowed until the job is done.
+  /// `image`: a working pixel at least, at most the mission's size and cfg::kWorkingPixels. Borrowed until
+  /// the job is done.
   SegmentationStatus start(const SegmentationParams& params, const ImageU8& image);
   Progress step(WorkBudget& budget);
   SegmentationStatus status() const { return status_; }
@@ -155,7 +156,7 @@ class SegmentationJob {
   FixedVector<Sums, cfg::kMaxLabels> sums_;
   Regions regions_;
   std::uint8_t half_[cfg::kImagePixels / 4] = {};
-  std::uint8_t plane_[cfg::kImagePixels] = {};  ///< the filtered image, then the labels
+  std::uint8_t plane_[cfg::kWorkingPixels] = {};  ///< the filtered image, then the labels
   std::uint8_t label_of_[kMaxRegionNumbers] = {};
   std::uint32_t outline_[kMaxRegionNumbers] = {};     ///< pixel sides between a region and others
   std::uint32_t steps_grey_[kMaxRegionNumbers] = {};  ///< sum of the differences of mean across them

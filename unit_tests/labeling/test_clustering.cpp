@@ -1,4 +1,4 @@
-// Clustering: both linkages against an agglomeration by the definition, label merging, statuses, slicing.
+// Clustering: against an agglomeration by the definition, label merging, statuses, slicing.
 #include "labeling/clustering.hpp"
 
 #include <vector>
@@ -22,28 +22,26 @@ void add(double x, double y, double z, int label = 0) {
   assert_true(points.push_back({Vec3(x, y, z), static_cast<std::uint8_t>(label)}));
 }
 
-void run(Linkage linkage, double cut_m) {
-  (void)job.start({linkage, cut_m}, points);
+void run(double cut_m) {
+  (void)job.start({cut_m}, points);
   WorkBudget all = WorkBudget::unlimited();
   assert_int_equal(static_cast<int>(job.step(all)), static_cast<int>(Progress::kDone));
   assert_status(job.status(), ClusteringStatus::kDone);
 }
 
 /// Agglomeration by its definition: cluster distances from all pairs of points, each time anew.
-double cluster_distance(const std::vector<int>& a, const std::vector<int>& b, Linkage linkage) {
-  double sum = 0.0;
+double cluster_distance(const std::vector<int>& a, const std::vector<int>& b) {
   double least = 1e300;
   for (const int i : a) {
     for (const int j : b) {
       const double d = (points[i].p_m - points[j].p_m).norm();
-      sum += d;
       if (d < least) least = d;
     }
   }
-  return linkage == Linkage::kSingle ? least : sum / static_cast<double>(a.size() * b.size());
+  return least;
 }
 
-std::vector<std::vector<int>> agglomerate(Linkage linkage, double cut_m) {
+std::vector<std::vector<int>> agglomerate(double cut_m) {
   std::vector<std::vector<int>> clusters;
   for (int i = 0; i < static_cast<int>(points.size()); ++i) clusters.push_back({i});
   for (;;) {
@@ -52,7 +50,7 @@ std::vector<std::vector<int>> agglomerate(Linkage linkage, double cut_m) {
     std::size_t best_b = 0;
     for (std::size_t a = 0; a < clusters.size(); ++a) {
       for (std::size_t b = a + 1; b < clusters.size(); ++b) {
-        const double d = cluster_distance(clusters[a], clusters[b], linkage);
+        const double d = cluster_distance(clusters[a], clusters[b]);
         if (d > least || (best_b != 0 && d == least)) continue;
         least = d;
         best_a = a;
@@ -65,10 +63,10 @@ std::vector<std::vector<int>> agglomerate(Linkage linkage, double cut_m) {
   }
 }
 
-void assert_same_clusters(Linkage linkage, double cut_m) {
+void assert_same_clusters(double cut_m) {
   static std::vector<std::vector<int>> oracle;  // static: a failed assertion runs no destructors
-  oracle = agglomerate(linkage, cut_m);
-  run(linkage, cut_m);
+  oracle = agglomerate(cut_m);
+  run(cut_m);
   assert_int_equal(job.result().clusters, oracle.size());
   for (const std::vector<int>& cluster : oracle) {
     for (const int i : cluster)
@@ -87,51 +85,42 @@ void test_against_the_definition(void**) {
       add(at + uniform(random, 0.0, 0.4), uniform(random, 0.0, 0.6), uniform(random, 0.0, 0.1));
     }
     const double cut_m = uniform(random, 0.02, 0.4);
-    assert_same_clusters(Linkage::kSingle, cut_m);
-    assert_same_clusters(Linkage::kAverage, cut_m);
+    assert_same_clusters(cut_m);
   }
 }
 
-/// On a raster all neighbours tie: the lowest indices merge first, as the definition's scan does.
+/// On a raster all neighbours tie.
 void test_ties(void**) {
   points.clear();
   for (int i = 0; i < 5; ++i) {
     for (int j = 0; j < 5; ++j) add(i, j, 0.0);
   }
-  assert_same_clusters(Linkage::kSingle, 1.0);
+  assert_same_clusters(1.0);
   assert_int_equal(job.result().clusters, 1);
-  for (const double cut_m : {0.99, 1.0, 1.3, 2.0}) assert_same_clusters(Linkage::kAverage, cut_m);
-  // Once 1 and 2 are one, they are as near to 0 as 3 is: 1 and 2 come first.
-  points.clear();
-  for (const double x : {0.0, 1.0, 1.0, -1.0}) add(x, 0.0, 0.0);
-  assert_same_clusters(Linkage::kAverage, 1.2);
-  assert_int_equal(job.result().cluster_of[0], job.result().cluster_of[2]);
-  assert_int_equal(job.result().clusters, 2);
+  assert_same_clusters(0.99);
+  assert_int_equal(job.result().clusters, 25);
 }
 
 void test_cut_at_its_corner(void**) {
   points.clear();
   add(0.0, 0.0, 0.0);
   add(0.25, 0.0, 0.0);
-  for (const Linkage linkage : {Linkage::kSingle, Linkage::kAverage}) {
-    run(linkage, 0.25);
-    assert_int_equal(job.result().clusters, 1);
-    run(linkage, std::nextafter(0.25, 0.0));
-    assert_int_equal(job.result().clusters, 2);
-  }
+  run(0.25);
+  assert_int_equal(job.result().clusters, 1);
+  run(std::nextafter(0.25, 0.0));
+  assert_int_equal(job.result().clusters, 2);
   points[1].p_m.x() = 0.0;
-  run(Linkage::kSingle, 0.0);
+  run(0.0);
   assert_int_equal(job.result().clusters, 1);
 }
 
-/// A chain: single linkage follows it, average linkage does not.
-void test_linkages_differ(void**) {
+void test_follows_a_chain(void**) {
   points.clear();
   for (int i = 0; i < 20; ++i) add(0.1 * i, 0.0, 0.0);
-  run(Linkage::kSingle, 0.11);
+  run(0.11);
   assert_int_equal(job.result().clusters, 1);
-  run(Linkage::kAverage, 0.11);
-  assert_at_least(job.result().clusters, 8);
+  run(0.09);
+  assert_int_equal(job.result().clusters, 20);
 }
 
 void test_full_capacity(void**) {
@@ -141,11 +130,7 @@ void test_full_capacity(void**) {
     const double at = 2.0 * static_cast<double>(points.size() % 4);
     add(at + uniform(random, 0.0, 0.5), uniform(random, 0.0, 0.5), 0.0);
   }
-  run(Linkage::kSingle, 0.2);
-  assert_int_equal(job.result().clusters, 4);
-  for (std::size_t i = 0; i < points.size(); ++i) assert_int_equal(job.result().cluster_of[i], i % 4);
-  points.resize(cfg::kMaxAverageLinkagePoints);
-  run(Linkage::kAverage, 1.0);
+  run(0.2);
   assert_int_equal(job.result().clusters, 4);
   for (std::size_t i = 0; i < points.size(); ++i) assert_int_equal(job.result().cluster_of[i], i % 4);
 }
@@ -163,19 +148,17 @@ void test_labels(void**) {
   add(2.00, 0.0, 0.0, last);
   add(2.01, 0.0, 0.0, 8);
   add(0.01, 0.0, 0.0, 8);  // 8 is one to one: the first cluster
-  for (const Linkage linkage : {Linkage::kSingle, Linkage::kAverage}) {
-    run(linkage, 0.1);
-    const ClusteringResult& r = job.result();
-    assert_int_equal(r.clusters, 3);
-    assert_int_equal(r.merged_label[3], 3);
-    assert_int_equal(r.merged_label[5], 3);
-    assert_int_equal(r.merged_label[7], 7);
-    assert_int_equal(r.merged_label[8], 3);
-    assert_int_equal(r.merged_label[last], last);
-    assert_int_equal(r.merged_label[1], 0);
-    assert_int_equal(r.merged_label[0], 0);
-    assert_int_equal(r.labels_merged, 2);
-  }
+  run(0.1);
+  const ClusteringResult& r = job.result();
+  assert_int_equal(r.clusters, 3);
+  assert_int_equal(r.merged_label[3], 3);
+  assert_int_equal(r.merged_label[5], 3);
+  assert_int_equal(r.merged_label[7], 7);
+  assert_int_equal(r.merged_label[8], 3);
+  assert_int_equal(r.merged_label[last], last);
+  assert_int_equal(r.merged_label[1], 0);
+  assert_int_equal(r.merged_label[0], 0);
+  assert_int_equal(r.labels_merged, 2);
 }
 
 void test_statuses(void**) {
@@ -188,9 +171,8 @@ void test_statuses(void**) {
   add(0.0, 0.0, 0.0);
   assert_status(job.start({}, points), ClusteringStatus::kRunning);
   for (const double cut_m : {-1e-9, 1.1e6, static_cast<double>(NAN)}) {
-    assert_status(job.start({Linkage::kSingle, cut_m}, points), ClusteringStatus::kBadInput);
+    assert_status(job.start({cut_m}, points), ClusteringStatus::kBadInput);
   }
-  assert_status(job.start({static_cast<Linkage>(5), 0.1}, points), ClusteringStatus::kBadInput);
   for (const double v : {static_cast<double>(NAN), static_cast<double>(INFINITY), 1.1e7}) {
     points[0].p_m.z() = v;
     assert_status(job.start({}, points), ClusteringStatus::kBadInput);
@@ -200,11 +182,6 @@ void test_statuses(void**) {
   assert_status(job.start({}, points), ClusteringStatus::kBadInput);
   points[0].label = static_cast<std::uint8_t>(cfg::kMaxLabels);
   assert_status(job.start({}, points), ClusteringStatus::kRunning);
-  while (points.size() < cfg::kMaxAverageLinkagePoints) add(0.0, 0.0, 0.0);
-  assert_status(job.start({Linkage::kAverage, 0.1}, points), ClusteringStatus::kRunning);
-  add(0.0, 0.0, 0.0);
-  assert_status(job.start({Linkage::kAverage, 0.1}, points), ClusteringStatus::kTooManyPoints);
-  assert_status(job.start({Linkage::kSingle, 0.1}, points), ClusteringStatus::kRunning);
 }
 
 void test_same_for_every_slicing(void**) {
@@ -213,24 +190,22 @@ void test_same_for_every_slicing(void**) {
   for (int i = 0; i < 120; ++i) {
     add(uniform(random, 0.0, 2.0), uniform(random, 0.0, 2.0), 0.0, static_cast<int>(random.below(20)));
   }
-  for (const Linkage linkage : {Linkage::kSingle, Linkage::kAverage}) {
-    run(linkage, 0.2);
-    for (const std::uint32_t ops : {1U, 1000U, 12345U}) {
-      (void)sliced.start({linkage, 0.2}, points);
-      int steps = 0;
-      for (; steps < 100000; ++steps) {
-        WorkBudget slice(ops);
-        if (sliced.step(slice) == Progress::kDone) break;
-      }
-      if (ops == 1U) assert_at_least(steps, 120);
-      if (ops == 1U) print_message("%d units for 120 points\n", steps);
-      assert_int_equal(sliced.result().clusters, job.result().clusters);
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        assert_int_equal(sliced.result().cluster_of[i], job.result().cluster_of[i]);
-      }
-      assert_memory_equal(sliced.result().merged_label, job.result().merged_label,
-                          sizeof job.result().merged_label);
+  run(0.2);
+  for (const std::uint32_t ops : {1U, 1000U, 12345U}) {
+    (void)sliced.start({0.2}, points);
+    int steps = 0;
+    for (; steps < 100000; ++steps) {
+      WorkBudget slice(ops);
+      if (sliced.step(slice) == Progress::kDone) break;
     }
+    if (ops == 1U) assert_at_least(steps, 120);
+    if (ops == 1U) print_message("%d units for 120 points\n", steps);
+    assert_int_equal(sliced.result().clusters, job.result().clusters);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      assert_int_equal(sliced.result().cluster_of[i], job.result().cluster_of[i]);
+    }
+    assert_memory_equal(sliced.result().merged_label, job.result().merged_label,
+                        sizeof job.result().merged_label);
   }
 }
 
@@ -241,7 +216,7 @@ int main() {
       cmocka_unit_test(test_against_the_definition),
       cmocka_unit_test(test_ties),
       cmocka_unit_test(test_cut_at_its_corner),
-      cmocka_unit_test(test_linkages_differ),
+      cmocka_unit_test(test_follows_a_chain),
       cmocka_unit_test(test_full_capacity),
       cmocka_unit_test(test_labels),
       cmocka_unit_test(test_statuses),

@@ -11,6 +11,9 @@ using namespace cairn;
 namespace {
 
 constexpr int kSide = 40;
+// The largest image.
+constexpr int kWidth = cfg::kImageWidth / cfg::kMission.segmentation_divisor;
+constexpr int kHeight = cfg::kImageHeight / cfg::kMission.segmentation_divisor;
 std::uint8_t pixels[kSide * kSide];
 int flooded[kSide * kSide];
 RegionMap map;
@@ -95,22 +98,22 @@ void test_merge(void**) {
 }
 
 void test_mean_of_largest_sums(void**) {
-  static std::uint8_t white[cfg::kImagePixels];
+  static std::uint8_t white[cfg::kWorkingPixels];
   std::memset(white, 255, sizeof white);
-  connect(packed_view<const std::uint8_t>(white, cfg::kImageWidth, cfg::kImageHeight), 0);
+  connect(packed_view<const std::uint8_t>(white, kWidth, kHeight), 0);
   assert_int_equal(map.numbers(), 1);
-  assert_int_equal(map.area_px(0), cfg::kImagePixels);
+  assert_int_equal(map.area_px(0), cfg::kWorkingPixels);
   assert_int_equal(map.mean_q8(0), 255 * 256);
 }
 
 void test_out_of_numbers(void**) {
-  static std::uint8_t board[cfg::kImagePixels];
-  for (int i = 0; i < static_cast<int>(cfg::kImagePixels); ++i) {
-    board[i] = ((i % cfg::kImageWidth + i / cfg::kImageWidth) & 1) != 0 ? 255 : 0;
+  static std::uint8_t board[cfg::kWorkingPixels];
+  for (int i = 0; i < static_cast<int>(cfg::kWorkingPixels); ++i) {
+    board[i] = ((i % kWidth + i / kWidth) & 1) != 0 ? 255 : 0;
   }
   // As many pieces as there are numbers are taken; the next row is one too many.
-  const ImageU8 grey = packed_view<const std::uint8_t>(board, cfg::kImageWidth, cfg::kImageHeight);
-  const int full_rows = static_cast<int>(kMaxRegionNumbers) / cfg::kImageWidth;
+  const ImageU8 grey = packed_view<const std::uint8_t>(board, kWidth, kHeight);
+  const int full_rows = static_cast<int>(kMaxRegionNumbers) / kWidth;
   map.clear(grey.width, grey.height);
   for (int y = 0; y < full_rows; ++y) assert_true(map.connect_row(grey, y, 254));
   assert_false(map.connect_row(grey, full_rows, 254));

@@ -22,6 +22,8 @@ struct Disc {
   int grey;
 };
 
+/// What full resolution has room for.
+ImageU8 quarter() { return {pixels, kWidth / 2, kHeight / 2, kWidth}; }
 ImageU8 image() { return packed_view<const std::uint8_t>(pixels, kWidth, kHeight); }
 
 void fill_ground(int grey, int texture) {
@@ -51,22 +53,24 @@ SegmentationStatus run(const SegmentationParams& params, const ImageU8& view) {
   return job.status();
 }
 
-constexpr Disc kDiscs[] = {
+using Discs = Disc[5];
+constexpr Discs kDiscs = {
     {60, 50, 20, 60}, {200, 80, 12, 200}, {300, 200, 30, 70}, {420, 300, 8, 50}, {90, 300, 15, 190}};
+constexpr Discs kSmallDiscs = {
+    {30, 25, 10, 60}, {100, 40, 8, 200}, {150, 100, 15, 70}, {210, 150, 8, 50}, {45, 150, 9, 190}};
 
-void draw_scene() {
+void draw_scene(const Discs& discs = kDiscs) {
   fill_ground(128, 6);
-  for (const Disc& disc : kDiscs) draw(disc);
+  for (const Disc& disc : discs) draw(disc);
 }
 
-void check_scene(int divisor, int min_area_px) {
-  draw_scene();
+void check_scene(int divisor, const ImageU8& view, const Discs& discs) {
+  draw_scene(discs);
   SegmentationParams params;
   params.scale_divisor = divisor;
-  params.min_area_px = min_area_px;
-  assert_status(run(params, image()), SegmentationStatus::kDone);
+  assert_status(run(params, view), SegmentationStatus::kDone);
   assert_int_equal(job.regions().size(), 5);
-  for (const Disc& disc : kDiscs) {
+  for (const Disc& disc : discs) {
     const std::uint8_t label = job.labels().label_at(disc.u, disc.v);
     assert_int_not_equal(label, 0);
     const Region& region = job.regions()[label - 1U];
@@ -88,8 +92,8 @@ void check_scene(int divisor, int min_area_px) {
   assert_int_equal(job.dropped(), 0);
 }
 
-void test_discs_at_half_resolution(void**) { check_scene(2, 48); }
-void test_discs_at_full_resolution(void**) { check_scene(1, 48); }
+void test_discs_at_half_resolution(void**) { check_scene(2, image(), kDiscs); }
+void test_discs_at_full_resolution(void**) { check_scene(1, quarter(), kSmallDiscs); }
 
 // Regions agree with the label image, and come by contrast times area.
 void test_regions_describe_the_labels(void**) {
@@ -223,12 +227,12 @@ void test_noise_is_named(void**) {
   assert_status(run({}, image()), SegmentationStatus::kTooManyRegions);
   SegmentationParams params;
   params.scale_divisor = 1;
-  assert_status(run(params, image()), SegmentationStatus::kTooManyRegions);
+  assert_status(run(params, quarter()), SegmentationStatus::kTooManyRegions);
   assert_int_equal(job.tolerance_grey(), params.merge_grey);
   assert_true(job.regions().empty());
   assert_null(job.labels().image.data);
   draw_scene();
-  assert_status(run(params, image()), SegmentationStatus::kDone);
+  assert_status(run(params, quarter()), SegmentationStatus::kDone);
 }
 
 // Stripes of one pixel, 3 levels apart: too many pieces for a tolerance of 2 at full resolution, few for 5.
@@ -240,7 +244,7 @@ void test_wider_tolerance_before_giving_up(void**) {
   SegmentationParams params;
   params.scale_divisor = 1;
   params.range_radius_grey = 1;  // the filter leaves the pattern
-  assert_status(run(params, image()), SegmentationStatus::kDone);
+  assert_status(run(params, quarter()), SegmentationStatus::kDone);
   assert_int_equal(job.tolerance_grey(), 5);
   assert_int_equal(job.regions().size(), 1);
   assert_int_equal(job.labels().label_at(100, 100), 1);
@@ -325,6 +329,9 @@ void test_bad_views(void**) {
   assert_status(run({}, {pixels, kWidth + 1, 20, kWidth + 1}), SegmentationStatus::kBadInput);
   assert_status(run({}, {pixels, 20, kHeight + 1, 20}), SegmentationStatus::kBadInput);
   assert_status(run({}, {pixels, kWidth, kHeight, kWidth - 1}), SegmentationStatus::kBadInput);
+  SegmentationParams fine;  // more working pixels than there is room for
+  fine.scale_divisor = 1;
+  assert_status(run(fine, image()), SegmentationStatus::kBadInput);
   WorkBudget budget = WorkBudget::unlimited();
   assert_status(job.step(budget), Progress::kDone);
   assert_status(job.status(), SegmentationStatus::kBadInput);

@@ -24,7 +24,6 @@ constexpr Mission small_mission() {
   m.max_map_window_boulders = 64;
   m.max_map_chunks = 64;
   m.max_cluster_points = 128;
-  m.max_average_linkage_points = 16;
   return m;
 }
 inline constexpr Mission kMission = small_mission();
