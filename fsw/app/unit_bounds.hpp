@@ -91,6 +91,7 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kFix, "whole map: 24 boulders marked",
      WideMap::kMarksPerUnit* WideMap::mark_ops(unit_bounds::kMarks)},
     {cfg::Task::kFix, "whole map: shares of 3 blocks", WideMap::kBlocksPerUnit* WideMap::block_ops()},
+    {cfg::Task::kFix, "lost: begun", LostSearch::start_ops(unit_bounds::kLocal)},
     {cfg::Task::kFix, "lost: pairs of a boulder", LostSearch::choose_ops(unit_bounds::kLocal)},
     {cfg::Task::kFix, "lost: a pair", LostSearch::sort_ops(unit_bounds::kLocal)},
     {cfg::Task::kFix, "lost: boulders of a ring", LostSearch::most_sweep_ops()},

@@ -5,10 +5,12 @@
 namespace cairn {
 namespace {
 
-constexpr double kReachSigmas = 3.0;  // of the raster: a boulder farther from its mark is a miss
-constexpr double kMarginM = 2.0;      // of a window about the local map, for the density around it
-constexpr double kGateSigmas = 6.0;   // least bucket of the window's grid
-constexpr double kSamePoseM = 0.5;    // poses nearer than this, and turned less, are one
+// Of the raster: a boulder farther from its mark is a miss. Farther ones tell less by a hit than they make
+// hits by chance.
+constexpr double kReachSigmas = 2.3;
+constexpr double kMarginM = 2.0;     // of a window about the local map, for the density around it
+constexpr double kGateSigmas = 6.0;  // least bucket of the window's grid
+constexpr double kSamePoseM = 0.5;   // poses nearer than this, and turned less, are one
 constexpr double kSamePoseRad = 0.1;
 constexpr double kNoSecond = -1.0e3;  // as judge() has it
 
@@ -67,6 +69,7 @@ Progress Relocation::step(WorkBudget& budget) {
         break;
       case Phase::kIndex:
         if (wide_map_.step(budget) == Progress::kMore) return Progress::kMore;
+        if (!budget.take(LostSearch::start_ops(local_.size()))) return Progress::kMore;
         begin_search();
         break;
       case Phase::kSearch:

@@ -9,10 +9,12 @@ namespace cairn {
 namespace {
 
 constexpr double kNoSize = -1.0e3;
-constexpr double kHitShare = 0.9;                             // of true boulders that find a set cell
-constexpr double kScale = 64.0;                               // of scores in the sequential test, 1/nat
-constexpr double kLengthSigmas = 2.5;                         // of a pair: one in eighty is missed
-constexpr double kPassNats = 4.0;                             // what the sequential test asks for in the end
+constexpr double kHitShare = 0.9;  // of true boulders that find a set cell
+constexpr double kScale = 64.0;    // of scores in the sequential test, 1/nat
+// Looks at an unrelated place that are cheap beside the making of a hypothesis. Where boulders are few a miss
+// costs much and says little.
+constexpr double kChanceLooks = 12.0;
+constexpr double kPassNats = 6.0;                             // what the sequential test asks for in the end
 constexpr int kRounds = 3;                                    // of the fit, before the score
 constexpr double kGates[kRounds + 1] = {5.0, 4.0, 3.0, 4.0};  // sigmas, and of the score
 constexpr double kMostM = 1.0e6;                              // a diameter, where any may be
@@ -38,7 +40,7 @@ LostStatus LostSearch::start(const LostSearchParams& params, const WideMap& map,
   pairs_tried_ = pairs_since_best_ = 0;
   best_moved_ = false;
   pairs_.clear();
-  phase_ = Phase::kChoose;
+  phase_ = Phase::kSizes;
   row_ = 0;
   for (std::uint32_t& word : tried_) word = 0;
   const auto in = [](double v, double low, double high) { return v >= low && v <= high; };
@@ -73,10 +75,11 @@ LostStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_site_
     spread2 += p.squaredNorm();
     const double r2 = (b.p_site_m - pivot_site_m).squaredNorm();
     far2 = r2 > far2 ? r2 : far2;
-    const double size =
-        params_.sigma_size > 0.0 && b.diameter_m > 0.0F ? ln(static_cast<double>(b.diameter_m)) : kNoSize;
-    static_cast<void>(local_.push_back(
-        {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(size), 0}));
+    Point point;
+    point.x = static_cast<float>(p.x());
+    point.y = static_cast<float>(p.y());
+    point.size = params_.sigma_size > 0.0 ? b.diameter_m : 0.0F;
+    static_cast<void>(local_.push_back(point));
   }
   reach2_ = square(region_.radius_m + std::sqrt(far2));
   // The radius of a disc of boulders that spread as far.
@@ -95,6 +98,9 @@ LostStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_site_
     const double miss = p > q ? ln((1.0 - p) / (1.0 - q)) : 0.0;
     hit_[k] = static_cast<std::int16_t>(kScale * hit);
     miss_[k] = static_cast<std::int16_t>(kScale * miss);
+    const double chance = -kChanceLooks * (q * hit + (1.0 - q) * miss);
+    const double floor = chance > params_.floor_nats ? chance : params_.floor_nats;
+    floor_[k] = static_cast<std::int16_t>(-kScale * floor);
   }
   const SinCos sector = sin_cos(wrap_angle(region_.yaw_rad));
   sector_cos_ = sector.cos;
@@ -108,6 +114,7 @@ Progress LostSearch::step(WorkBudget& budget) {
   bool on = true;
   while (on && status_ == LostStatus::kRunning) {
     switch (phase_) {
+      case Phase::kSizes: on = sizes_step(budget); break;
       case Phase::kChoose: on = choose_step(budget); break;
       case Phase::kSort:
         on = budget.take(sort_ops(local_.size()));
@@ -128,6 +135,19 @@ void LostSearch::account(const WorkBudget& budget) {
 }
 
 // ---- the next local pairs
+
+bool LostSearch::sizes_step(WorkBudget& budget) {
+  for (; row_ < local_.size(); ++row_) {
+    if (!budget.take(kSizeOps)) return false;
+    Point& p = local_[row_];
+    const double size = p.size > 0.0F ? ln(static_cast<double>(p.size)) : kNoSize;
+    p.size = static_cast<float>(size);
+    if (size > kNoSize) p.among_map = static_cast<float>(map_->size_density(size, params_.sigma_size));
+  }
+  row_ = 0;
+  phase_ = Phase::kChoose;
+  return true;
+}
 
 bool LostSearch::choose_step(WorkBudget& budget) {
   if (row_ == 0) best_cost_ = -1.0;
@@ -333,7 +353,7 @@ double LostSearch::size_ratio(const Point& local, std::uint32_t map_index) const
   if (static_cast<double>(local.size) <= kNoSize || !(d > 0.0)) return 1.0;
   const double off = (ln(d) - static_cast<double>(local.size)) / params_.sigma_size;
   const double same = exp(-0.5 * off * off) / (params_.sigma_size * std::sqrt(2.0 * kPi));
-  return same / map_->size_density(static_cast<double>(local.size));
+  return same / static_cast<double>(local.among_map);
 }
 
 /// Boulders of the ring from the cursor on, until kScan of them are seen or the queue may run over; the cost.
@@ -462,16 +482,21 @@ bool LostSearch::passes(const Hypothesis& h, std::uint32_t& looks) const {
   const int level = map_->density(h.x / kUnits, h.y / kUnits) * kShareLevels / 65536;
   const int hit = hit_[level];
   const int miss = miss_[level];
-  const int floor = static_cast<int>(-params_.floor_nats * kScale);
+  const int floor = floor_[level];
   const int pass = static_cast<int>(kPassNats * kScale);
+  const WideMap::Raster raster = map_->raster();
+  const Look* const all = looks_[h.pair].begin();
+  const std::uint32_t count = static_cast<std::uint32_t>(looks_[h.pair].size());
+  const std::int32_t x0 = h.x, y0 = h.y, c = h.cos, s = h.sin;
   int score = 0;
-  for (const Look& l : looks_[h.pair]) {
-    const std::int32_t x = h.x + ((h.cos * l.x - h.sin * l.y) >> 14);
-    const std::int32_t y = h.y + ((h.sin * l.x + h.cos * l.y) >> 14);
-    score += map_->occupied(x >> 6, y >> 6) ? hit : miss;
-    ++looks;
-    if (score < floor) return false;
+  std::uint32_t k = 0;
+  for (; k < count && score >= floor; ++k) {
+    const Look l = all[k];
+    const std::int32_t x = x0 + ((c * l.x - s * l.y) >> 14);
+    const std::int32_t y = y0 + ((s * l.x + c * l.y) >> 14);
+    score += raster.occupied(x >> 6, y >> 6) ? hit : miss;
   }
+  looks = k;
   return score >= pass;
 }
 

@@ -9,9 +9,9 @@
 /// looked at by Wald's sequential likelihood ratio test: local boulders, nearest to the pair's middle first,
 /// are looked up in the map's raster, a hit adds ln(P(hit | same ground) / q), a miss ln(P(miss | same
 /// ground) / (1 - q)), q the share of set cells around there; it is dropped once the sum is below
-/// `floor_nats`. What is left is fitted to the map's points (three rounds of closest points within a
-/// shrinking gate) and scored by the marginal likelihood ratio of 'same ground' against 'unrelated boulders
-/// of the density around here':
+/// `floor_nats`, or what kChanceLooks looks cost an unrelated place, where that is less. What is left is
+/// fitted to the map's points (three rounds of closest points within a shrinking gate) and scored by the
+/// marginal likelihood ratio of 'same ground' against 'unrelated boulders of the density around here':
 ///   score = sum over all local boulders of ln[(1 - p) + (p / lambda) sum over map boulders of N(r; 0, s^2)]
 ///           + ln[(2 pi)^1.5 sqrt(det C) / V],
 /// p the share of local boulders that the map holds, s the error of a pair on each axis, C the covariance of
@@ -26,7 +26,7 @@
 /// `behind_nats()` for it.
 ///
 /// Cost. Units: some boulders of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000
-/// boulders some 0.9 million operations a local pair, over 77 m with 8,500 some 15 million.
+/// boulders some 0.75 million operations a local pair, over 77 m with 8,500 some 6 million.
 #pragma once
 
 #include <cstdint>
@@ -59,7 +59,7 @@ struct LostSearchParams {
   double sigma_size = 0.25;    ///< of ln(diameter) of a pair, [0.01, 2]; 0: sizes are not looked at
   double accept_nats = 13.8;   ///< [0, 100]
   double margin_nats = 9.0;    ///< [0, 100]
-  double floor_nats = 3.0;     ///< below minus this a hypothesis is dropped, [1, 20]
+  double floor_nats = 2.5;     ///< below minus this a hypothesis is dropped, lower on sparse ground, [1, 20]
   int max_pairs = 64;          ///< local pairs, [1, 10000]
   std::uint64_t max_ops = 4'000'000'000;
 };
@@ -84,6 +84,8 @@ class LostSearch {
  public:
   static constexpr std::size_t kAtOnce = 8;   ///< local pairs that go through the map together
   static constexpr std::uint32_t kScan = 32;  ///< map boulders of a unit
+  /// Of a pair's length. One in twenty is missed, of many; wider, chance ones grow faster than true ones.
+  static constexpr double kLengthSigmas = 2.0;
   /// Hypotheses that a map boulder and another may give, and room for them.
   static constexpr std::size_t kMostOfTwo = 2 * kAtOnce;
   static constexpr std::size_t kMaxQueue = 128;
@@ -95,6 +97,10 @@ class LostSearch {
   static constexpr std::uint32_t sort_ops(std::size_t boulders) {
     return 20U + 18U * static_cast<std::uint32_t>(boulders);
   }
+  static constexpr std::uint32_t start_ops(std::size_t boulders) {
+    return 500U + 12U * static_cast<std::uint32_t>(boulders);
+  }
+  static constexpr std::uint32_t kSizeOps = 120;  ///< of a local boulder's diameter
   static constexpr std::uint32_t kBeginOps = 12;
   static constexpr std::size_t kMaxRing = 256;  ///< rows of buckets, two pieces each
   static constexpr std::uint32_t kSpanOps = 3;
@@ -111,7 +117,8 @@ class LostSearch {
 
   static constexpr std::size_t kHits = 12;
 
-  /// `map` is borrowed until done. `pivot_site_m`: the rover, whose place the region speaks of.
+  /// On no budget: the caller pays start_ops(). `map` is borrowed until done. `pivot_site_m`: the
+  /// rover, whose place the region speaks of.
   LostStatus start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
                    const Vec2& pivot_site_m, const SearchRegion& region);
   Progress step(WorkBudget& budget);  ///< the same result for every slicing
@@ -131,11 +138,12 @@ class LostSearch {
   static constexpr std::int32_t kUnits = 64;   ///< of a raster cell
   static constexpr std::int32_t kOne = 16384;  ///< of cosines
 
-  enum class Phase : std::uint8_t { kChoose, kSort, kSweep, kLook, kFit };
+  enum class Phase : std::uint8_t { kSizes, kChoose, kSort, kSweep, kLook, kFit };
   struct Point {
     float x = 0.0F;  ///< about the middle of the local map
     float y = 0.0F;
-    float size = 0.0F;  ///< ln(diameter), or kNoSize
+    float size = 0.0F;       ///< ln(diameter), or kNoSize; the diameter until its turn in kSizes
+    float among_map = 0.0F;  ///< share of the map's boulders that look as large, per unit of ln(diameter)
     std::uint16_t used = 0;
   };
   struct Look {
@@ -176,7 +184,8 @@ class LostSearch {
 
   LostStatus take_local(const LocalMap& local, const Vec2& pivot_site_m);
   void account(const WorkBudget& budget);
-  bool choose_step(WorkBudget& budget);  ///< false: the budget ran out, here and below
+  bool sizes_step(WorkBudget& budget);  ///< false: the budget ran out, here and below
+  bool choose_step(WorkBudget& budget);
   void choose_row(std::size_t i);
   static double rarity(const Point& p);
   bool was_tried(std::size_t i, std::size_t j) const;
@@ -254,6 +263,7 @@ class LostSearch {
   std::uint32_t tried_[(cfg::kMaxLocalBoulders * cfg::kMaxLocalBoulders / 2 + 31) / 32] = {};
   std::int16_t hit_[kShareLevels] = {};  ///< 1/64 nat, by share of set cells
   std::int16_t miss_[kShareLevels] = {};
+  std::int16_t floor_[kShareLevels] = {};
 
   // The sweep.
   FixedVector<Span, kMaxRing> ring_;

@@ -77,10 +77,17 @@ int WideMap::size_bin(double log_diameter) {
   return k < kSizeBins - 1 ? static_cast<int>(k) : kSizeBins - 1;
 }
 
-double WideMap::size_density(double log_diameter) const {
-  // One more boulder than there are, spread over all bins: no size is impossible.
-  const double all = sized_all_ + 1.0;
-  return (sized_[size_bin(log_diameter)] + 1.0 / kSizeBins) / (all * kSizeBin);
+double WideMap::size_density(double log_diameter, double sigma) const {
+  // Each bin as a Gaussian of its own width and the error; one more boulder than there are, spread over all
+  // bins: no size is impossible.
+  const double variance = sigma * sigma + kSizeBin * kSizeBin / 12.0;
+  const double peak = 1.0 / std::sqrt(2.0 * kPi * variance);
+  double sum = 1.0 / (kSizeBins * kSizeBin);
+  for (int k = 0; k < kSizeBins; ++k) {
+    const double off = log_diameter - (kSizeLow + (k + 0.5) * kSizeBin);
+    sum += sized_[k] * peak * exp(-0.5 * off * off / variance);
+  }
+  return sum / (sized_all_ + 1.0);
 }
 
 int WideMap::bucket_of(double at_m, int count) const {

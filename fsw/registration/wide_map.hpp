@@ -69,8 +69,9 @@ class WideMap {
   const Point& point(std::size_t i) const { return points_[i]; }
   double diameter_m(std::size_t i) const { return 0.01 * diameter_cm_[i]; }  ///< 0 = unknown
 
-  /// Share of boulders by ln(diameter), per unit of it, among those whose diameter is known; once ready().
-  double size_density(double log_diameter) const;
+  /// Share of boulders by ln(diameter), per unit of it, among those whose diameter is known, as they look
+  /// with an error of `sigma`: what is seen as larger than the largest is one of those, no rarity.
+  double size_density(double log_diameter, double sigma) const;
 
   // The grid; all of it once ready().
   int columns() const { return columns_; }
@@ -87,14 +88,23 @@ class WideMap {
   double cell_m() const { return cell_m_; }
   int cells_x() const { return cells_x_; }
   int cells_y() const { return cells_y_; }
-  /// A boulder lies within reach of cell (x, y); false off the map. The one look of a search's inner loop.
-  bool occupied(std::int32_t x, std::int32_t y) const {
-    if (static_cast<std::uint32_t>(x) >= static_cast<std::uint32_t>(cells_x_) ||
-        static_cast<std::uint32_t>(y) >= static_cast<std::uint32_t>(cells_y_)) {
-      return false;
+  /// By value into an inner loop.
+  struct Raster {
+    const std::uint32_t* words;
+    std::uint32_t words_a_row;
+    std::uint32_t cells_x;
+    std::uint32_t cells_y;
+
+    /// A boulder lies within reach of cell (x, y); false off the map.
+    bool occupied(std::int32_t x, std::int32_t y) const {
+      const auto column = static_cast<std::uint32_t>(x);
+      const auto row = static_cast<std::uint32_t>(y);
+      if (column >= cells_x || row >= cells_y) return false;
+      return ((words[row * words_a_row + (column >> 5U)] >> (column & 31U)) & 1U) != 0;
     }
-    const std::uint32_t word = static_cast<std::uint32_t>(y) * words_ + (static_cast<std::uint32_t>(x) >> 5U);
-    return ((raster_[word] >> (static_cast<std::uint32_t>(x) & 31U)) & 1U) != 0;
+  };
+  Raster raster() const {
+    return {raster_, words_, static_cast<std::uint32_t>(cells_x_), static_cast<std::uint32_t>(cells_y_)};
   }
   /// What one boulder sets of the raster, in the mean: the disc of reach, blown up by a cell.
   double spread_of_boulder_m2() const {

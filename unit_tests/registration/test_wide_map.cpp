@@ -67,7 +67,7 @@ void test_raster_against_brute_force(void**) {
                                 gap(static_cast<double>(map.point(i).y_m), y)) <= reach;
     }
     const bool on_map = x >= 0 && y >= 0 && x < map.cells_x() && y < map.cells_y();
-    assert_int_equal(map.occupied(x, y), near && on_map);
+    assert_int_equal(map.raster().occupied(x, y), near && on_map);
   }
 }
 
@@ -111,9 +111,23 @@ void test_sizes(void**) {
   Random random(6);
   fill(map, random, 4000, Vec2(0.0, 0.0), Vec2(50.0, 50.0), 0.1);
   double sum = 0.0;
-  for (double s = -3.5; s < 2.1; s += 0.01) sum += 0.01 * map.size_density(s);
+  for (double s = -3.5; s < 2.1; s += 0.01) sum += 0.01 * map.size_density(s, 0.15);
   assert_true(std::fabs(sum - 1.0) < 0.02);  // a density
-  assert_true(map.size_density(std::log(1.0)) > 20.0 * map.size_density(std::log(0.05)));
+  assert_true(map.size_density(std::log(1.0), 0.15) > 20.0 * map.size_density(std::log(0.05), 0.15));
+}
+
+/// A boulder seen as a tenth larger than any of the map's is one of its largest, not one in a million.
+void test_beyond_the_largest(void**) {
+  assert_true(map.begin(Vec2(0.0, 0.0), Vec2(50.0, 50.0), 0.1));
+  for (int k = 0; k < 1000; ++k) {
+    MapBoulder b;
+    b.p_map_m = Vec2(0.05 * k, 25.0);
+    b.diameter_m = k % 100 == 0 ? 2.0F : 0.3F;
+    assert_true(map.add(b));
+  }
+  assert_true(test::run_whole(map));
+  assert_true(map.size_density(std::log(2.2), 0.15) > 0.005);
+  assert_true(map.size_density(std::log(6.0), 0.15) < 0.001);
 }
 
 void test_what_is_left_out(void**) {
@@ -144,7 +158,8 @@ void test_same_for_every_slicing(void**) {
   for (int k = 0; k < 3000; ++k)
     assert_int_equal(map.by_bucket(static_cast<unsigned>(k)), other.by_bucket(static_cast<unsigned>(k)));
   for (int y = 0; y < map.cells_y(); ++y) {
-    for (int x = 0; x < map.cells_x(); ++x) assert_int_equal(map.occupied(x, y), other.occupied(x, y));
+    for (int x = 0; x < map.cells_x(); ++x)
+      assert_int_equal(map.raster().occupied(x, y), other.raster().occupied(x, y));
   }
 }
 
@@ -157,6 +172,7 @@ int main() {
       cmocka_unit_test(test_raster_uses_its_room),
       cmocka_unit_test(test_density_is_local),
       cmocka_unit_test(test_sizes),
+      cmocka_unit_test(test_beyond_the_largest),
       cmocka_unit_test(test_what_is_left_out),
       cmocka_unit_test(test_same_for_every_slicing),
   };
