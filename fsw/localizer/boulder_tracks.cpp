@@ -1,5 +1,7 @@
 #include "localizer/boulder_tracks.hpp"
 
+#include "core/exp_log.hpp"
+
 namespace cairn {
 
 double fresh_share(const LocalMap& local, std::uint32_t created) {
@@ -17,11 +19,16 @@ void BoulderTracks::init(const TrackParams& params) {
   settled_ = merged_ = false;
   settling_ = 0;
   next_id_ = dropped_ = 0;
+  there_ = again_ = 0;
+  shared_ = shared_again_ = jump_log_ = 0.0;
 }
 
 void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame) {
   sightings_ = &sightings;
+  there_ = again_ = 0;
+  for (const Track& t : tracks_) there_ += t.last_frame == frame_ && frame - frame_ == 1 ? 1U : 0U;
   frame_ = frame;
+  jump_log_ = 0.0;
   cursor_ = 0;
   phase_ = Phase::kVoted;
 }
@@ -37,6 +44,7 @@ Progress BoulderTracks::step(WorkBudget& budget) {
     if (!budget.take(nearest_ops(tracks_.size()))) return Progress::kMore;
     take_nearest(cursor_);
   }
+  if (phase_ == Phase::kNearest) weigh_jump();
   phase_ = Phase::kDone;
   return Progress::kDone;
 }
@@ -56,7 +64,9 @@ void BoulderTracks::take_voted() {
   std::int16_t now[cfg::kMaxLabels] = {};
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     now[i] = voted_track(sightings[i], frame_);
-    if (now[i] != kNone) take(sightings[i], now[i], frame_);
+    if (now[i] == kNone) continue;
+    take(sightings[i], now[i], frame_);
+    ++again_;
   }
   last_count_ = sightings.size();
   for (std::size_t i = 0; i < last_count_; ++i) last_track_[i] = now[i];
@@ -66,7 +76,9 @@ void BoulderTracks::take_nearest(std::size_t sighting) {
   const BoulderSighting& seen = (*sightings_)[sighting];
   std::int16_t& track = last_track_[sighting];
   track = nearest_track(seen, frame_);
-  if (track == kNone) {
+  if (track != kNone) {
+    ++again_;
+  } else {
     Track fresh;
     fresh.id = next_id_;
     if (!tracks_.push_back(fresh)) {
@@ -77,6 +89,19 @@ void BoulderTracks::take_nearest(std::size_t sighting) {
     track = static_cast<std::int16_t>(tracks_.size() - 1);
   }
   take(seen, track, frame_);
+}
+
+void BoulderTracks::weigh_jump() {
+  if (2 * there_ < last_count_) return;
+  const auto n = static_cast<double>(last_count_);
+  const auto again = static_cast<double>(again_);
+  double q = (shared_again_ + 1.0) / (shared_ + 2.0);
+  q = q < kMostAgain ? q : kMostAgain;
+  if (shared_ >= kLeastShared && q > kByChance)
+    jump_log_ = again * ln(kByChance / q) + (n - again) * ln((1.0 - kByChance) / (1.0 - q));
+  if (jumped()) return;  // tells nothing of the share
+  shared_ = kShareKept * shared_ + n;
+  shared_again_ = kShareKept * shared_again_ + again;
 }
 
 std::int16_t BoulderTracks::voted_track(const BoulderSighting& sighting, std::uint32_t frame) const {

@@ -7,6 +7,14 @@
 /// The local map holds the tracks seen within the last `window_frames` frames and often enough; tracks that
 /// meanwhile lie within `merge_m` of each other become one boulder (agglomerative, METHOD B.2),
 /// the older number staying.
+///
+/// Jumps. What was in view a frame ago is in view still: of the sightings of a frame a share q, measured
+/// over the frames before, go on tracks that were there. After a motion that odometry missed they lie aside
+/// of these, and no more than kByChance find one. With a of n sightings on older tracks,
+///     jump_log = a ln(kByChance / q) + (n - a) ln((1 - kByChance) / (1 - q))
+/// is the log likelihood ratio of 'missed a motion' against 'as ever'. That the share scatters more than
+/// sightings at random would is allowed for by a q of kMostAgain at most. Not asked where fewer than half as
+/// many tracks were seen the frame before.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +31,7 @@ struct TrackParams {
   double min_diameter_m = cfg::kMission.boulder_min_diameter_m;
   double sigma_near_m = 0.02;      ///< s0
   double sigma_per_range2 = 0.01;  ///< s1, per metre
+  double jump_nats = 9.2;          ///< of jump_log from which on odometry is not believed: 10,000 to 1
 };
 
 /// Of a local map, the share that no fix has used whose snapshot was taken when `created` tracks had been
@@ -58,6 +67,9 @@ class BoulderTracks {
   Progress settle(WorkBudget& budget);
   /// The local map, in the order of the tracks' numbers, settled.
   void build(LocalMap& out);
+  /// What the last frame says, once taken in; 0 where the frame before was not, or there is no share yet.
+  double jump_log() const { return jump_log_; }
+  bool jumped() const { return jump_log_ > params_.jump_nats; }
   std::uint32_t dropped() const { return dropped_; }  ///< sightings without room for a track
   std::uint32_t created() const { return next_id_; }
 
@@ -72,6 +84,10 @@ class BoulderTracks {
     std::uint16_t sightings = 0;
   };
   static constexpr std::int16_t kNone = -1;
+  static constexpr double kByChance = 0.25;
+  static constexpr double kMostAgain = 0.9;
+  static constexpr double kLeastShared = 20.0;  ///< sightings that the share is taken from
+  static constexpr double kShareKept = 0.9;     ///< of their weight, a frame
   enum class Phase : std::uint8_t { kVoted, kNearest, kDone };
 
   std::int16_t voted_track(const BoulderSighting& sighting, std::uint32_t frame) const;
@@ -81,6 +97,7 @@ class BoulderTracks {
   void forget_older(std::uint32_t frame, std::uint32_t age);
   void take_voted();
   void take_nearest(std::size_t sighting);
+  void weigh_jump();
   std::uint32_t merge_into(std::size_t track);  ///< returns how many
   void remove(std::size_t index);
 
@@ -97,6 +114,11 @@ class BoulderTracks {
   std::size_t last_count_ = 0;
   std::uint32_t next_id_ = 0;
   std::uint32_t dropped_ = 0;
+  std::uint32_t there_ = 0;  ///< tracks that were seen in the frame before
+  std::uint32_t again_ = 0;  ///< sightings of this frame on tracks of frames before
+  double shared_ = 0.0;      ///< sightings of the frames before, fading, ...
+  double shared_again_ = 0.0;
+  double jump_log_ = 0.0;
 };
 
 }  // namespace cairn

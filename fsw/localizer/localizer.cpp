@@ -435,8 +435,23 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
     if (tracks_.step(budget) == Progress::kMore) return Progress::kMore;
     stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
     health_.dropped_tracks = tracks_.dropped();
+    if (tracks_.jumped()) jumped();
   }
   return cfg::kHaveLandmarks ? step_relief(budget) : Progress::kDone;
+}
+
+/// 3 sigma is the bound, as of frames without a motion.
+void Localizer::jumped() {
+  const double xy = 2.0 / 3.0 * params_.vo.max_step_m;
+  const double yaw = 2.0 / 3.0 * params_.vo.max_step_rad;
+  fusion_.doubt(xy, yaw);
+  tilt_.doubt(xy, yaw);
+  if (heading_.waiting) pass_over_heading();
+  tracks_.forget_before(health_.frames);
+  forget_relief();
+  carried_.reset();
+  pose_source_ = PoseSource::kDoubted;
+  trust_.on(TrustEvent::kDoubted);
 }
 
 Progress Localizer::step_relief(WorkBudget& budget) {
@@ -573,17 +588,24 @@ MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
     verdict.calibration = 0.0;  // that was measured on fine maps; the bound itself holds on all
   }
   params.search.fresh_only = stage == FixStage::kConfirm;
-  if (stage != FixStage::kSearch)
+  if (stage == FixStage::kConfirm || stage == FixStage::kTake)
     return map_fix_.start_tracked(params, map_, local, carried_.T_map_site(), fix_pivot_site_m_,
                                   carried_.covariance());
   if (fix_.lost)
     return map_fix_.start_lost(params, map_, local, T_map_site_, fix_pivot_site_m_, SearchRegion());
-  return map_fix_.start_tracked(params, map_, local, T_map_site_, fix_pivot_site_m_,
-                                fusion_.covariance_at_snapshot());
+  Mat3 prior = fusion_.covariance_at_snapshot();
+  if (stage == FixStage::kDoubt) prior += trust_.doubt();
+  return map_fix_.start_tracked(params, map_, local, T_map_site_, fix_pivot_site_m_, prior);
 }
 
 /// Once a stage is done; false after the last one.
 bool Localizer::next_stage() {
+  if (fix_stage_ == FixStage::kSearch && trust_.unproven() && !fix_.lost &&
+      may_lie_farther(map_fix_.status())) {
+    fix_.hypotheses += map_fix_.result().hypotheses;
+    (void)start_stage(FixStage::kDoubt, map_fix_.local());
+    return true;
+  }
   if (fix_stage_ != FixStage::kConfirm) return false;
   const MapFixResult& window = map_fix_.result();
   fix_.hypotheses += window.hypotheses;
@@ -598,7 +620,7 @@ bool Localizer::next_stage() {
 
 /// Of the pose that the stage looks about, from the one before the fix.
 Vec3 Localizer::start_of_stage() const {
-  if (fix_stage_ == FixStage::kSearch) return Vec3(0.0, 0.0, 0.0);
+  if (fix_stage_ == FixStage::kSearch || fix_stage_ == FixStage::kDoubt) return Vec3(0.0, 0.0, 0.0);
   const Pose2& about = carried_.T_map_site();
   const Vec2 moved = about * fix_pivot_site_m_ - fix_pivot_map_m_;
   return {moved.x(), moved.y(), wrap_angle(about.yaw_rad - T_map_site_.yaw_rad)};
@@ -609,7 +631,7 @@ void Localizer::carry_on(FixStatus status) {
   const MapFixResult& result = map_fix_.result();
   const bool poor = status == FixStatus::kTooLittleEvidence || status == FixStatus::kChanceAgreement;
   const double to_beat = carried_.alive() ? carried_.sum().log_ratio() : kWorthIt;
-  const bool searched = fix_stage_ == FixStage::kSearch;
+  const bool searched = fix_stage_ == FixStage::kSearch || fix_stage_ == FixStage::kDoubt;
   if (searched && status == FixStatus::kApplied) carried_.reset();
   if (params_.add_windows && searched && poor && result.verdict.log_ratio > to_beat)
     carried_.begin(result.verdict, result.T_map_site, result.posterior, map_fix_.local());
@@ -687,8 +709,9 @@ FixStatus Localizer::take_map_fix() {
   fix_.hypotheses += result.hypotheses;
   if (status == FixStatus::kApplied) {
     const FixOffset offset{result.offset + start_of_stage(), result.covariance};
-    const FusionResult r = fix_.lost
-                               ? fusion_.relocate(offset)
+    const FusionResult r = fix_.lost ? fusion_.relocate(offset)
+                           : trust_.unproven()
+                               ? fusion_.prove(offset)
                                : fusion_.update(offset, fresh_share(map_fix_.local(), applied_created_));
     fix_.chi2 = r.chi2;
     if (r.status == FusionStatus::kFused) {

@@ -34,6 +34,8 @@
 ///
 /// Slips. Where boulders seen before agree with the map and those in view do not, VO missed a motion: the fix
 /// is not used, older boulders are forgotten, and sigma grows as if VO had not seen a frame of the window.
+/// At once it shows where boulders seen the frame before are in view and not where they were
+/// (boulder_tracks.hpp): the step is doubted, by all that two steps which VO holds possible may differ.
 ///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
 /// to 1, it is looked for in the whole map.
@@ -308,7 +310,8 @@ class Localizer {
   enum class FixStage : std::uint8_t {
     kConfirm,  ///< fresh boulders under the hypothesis that was carried along
     kTake,     ///< all of them, about the pose that windows together proved
-    kSearch    ///< all of them, wherever the pose may be
+    kSearch,   ///< all of them, wherever the pose may be, and ...
+    kDoubt     ///< ... where it may be if the start was farther off than it claimed
   };
   MapFixStatus start_stage(FixStage stage, const LocalMap& local);
   bool next_stage();
@@ -317,6 +320,7 @@ class Localizer {
   bool goes_on() const;
   void weigh_against(FixStatus status);
   void slipped();
+  void jumped();
   void turn_about(const Vec2& pivot_map_m, const Pose2& correction);
   void finish_fix(FixStatus status);
 

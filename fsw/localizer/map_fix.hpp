@@ -50,6 +50,11 @@ enum class CAIRN_NODISCARD MapFixStatus : std::uint8_t {
 };
 inline constexpr std::size_t kMapFixStatusCount = 15;
 static_assert(enum_has<MapFixStatus, kMapFixStatusCount>());
+/// Nothing is proved where the prior leaves room for it, so that it may be the prior that is wrong.
+constexpr bool may_lie_farther(MapFixStatus status) {
+  return status == MapFixStatus::kInconsistent || status == MapFixStatus::kNoHypothesis ||
+         status == MapFixStatus::kTooLittleEvidence;
+}
 
 struct MapFixParams {
   PoseSearchParams search;

@@ -277,6 +277,21 @@ FusionResult PoseFusion::update(const FixOffset& fix, double fresh) {
   return take(u, true);
 }
 
+FusionResult PoseFusion::prove(const FixOffset& fix) {
+  if (!is_usable(fix)) return {};
+  ErrorCovariance P = snapshot_P_;
+  for (int i = 0; i < 3; ++i) {
+    const double least = 0.5 * (fix.covariance(i, i) + P(5 + i, 5 + i));
+    if (P(i, i) < least) P(i, i) = least;
+  }
+  if (updated(P, fix.offset, fix.covariance).chi2 <= params_.claim_chi2) {
+    snapshot_P_ = P;
+    return update(fix, 1.0);
+  }
+  rates_before_fix_ = rates_;
+  return relocate(fix);
+}
+
 FusionResult PoseFusion::relocate(const FixOffset& fix) {
   if (!is_usable(fix)) return {};
   rates_ = rates_before_fix_;

@@ -18,6 +18,12 @@
 ///              nothing changes. Beyond surprise_chi2 errors are larger than was believed (VO's rates are
 ///              far outside their prior, say): first P of pose and rates is taken d / surprise_chi2 times.
 ///
+/// The first fix after a start meets a pose that somebody claimed. The claim counts no more than
+///     P_ii >= n_i / 2,  n_i = R_ii + C_ii for x, y and yaw    (C: of c)
+/// and only where they agree, d <= claim_chi2; else the fix stands alone. Whatever was claimed, the pose then
+/// lies sqrt(2 claim_chi2) of the sigmas that come out from where the fix is, at most, fewer than three:
+/// a false claim that passes pulls by n (d / (P + n))^(1/2), and the variance is P n / (P + n).
+///
 /// A fix lands at its own time. `snapshot` keeps P; steps since then gather the transition F and the noise Q;
 /// the update is made on the kept P and carried forward, P_now = F P' F' + Q. That is what a filter would
 /// give that had the fix at once.
@@ -58,8 +64,9 @@ struct FusionParams {
   double common_xy_m = cfg::kMission.fix_common_xy_m;  ///< of c
   double common_yaw_rad = cfg::kMission.fix_common_yaw_rad;
   double common_length_m = cfg::kMission.fix_common_length_m;
-  double gate_chi2 = 27.9;          ///< three degrees of freedom: 4e-6 of the good are refused
-  double surprise_chi2 = 11.3;      ///< 1 %
+  double gate_chi2 = 27.9;      ///< three degrees of freedom: 4e-6 of the good are refused
+  double surprise_chi2 = 11.3;  ///< 1 %
+  double claim_chi2 = 4.1;      ///< three degrees of freedom: a quarter of the true starts counts for nothing
   double heading_gate_chi2 = 21.3;  ///< one degree of freedom: 4e-6 of the good are refused
   double unseen_step_m = cfg::kMission.unseen_step_m;  ///< sigma of what a frame without VO and prior hides
   double unseen_step_rad = cfg::kMission.unseen_step_rad;
@@ -164,6 +171,8 @@ class PoseFusion {
   void snapshot();
   /// Takes in a registration of the snapshot's pose.
   FusionResult update(const FixOffset& fix, double fresh);
+  /// The same of a start that no fix has proven.
+  FusionResult prove(const FixOffset& fix);
   /// Found anew: the pose before counts for nothing, and the rates fall back to those before the last fix,
   /// which is disowned. kFused or kBadInput.
   FusionResult relocate(const FixOffset& fix);

@@ -45,6 +45,12 @@ TrustEvent TrustState::start_of(double sigma_xy_m, double sigma_yaw_rad) const {
   return known ? TrustEvent::kStartGiven : TrustEvent::kStartWide;
 }
 
+Mat3 TrustState::doubt() const {
+  if (!claimed_) return Mat3::Zero();
+  const double xy = params_.doubt_xy_m * params_.doubt_xy_m;
+  return Vec3(xy, xy, params_.doubt_yaw_rad * params_.doubt_yaw_rad).asDiagonal();
+}
+
 void TrustState::on(TrustEvent event) {
   state_ = next(state_, event);
   switch (event) {

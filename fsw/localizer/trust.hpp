@@ -7,6 +7,8 @@
 ///
 /// A start pose is a claim from the ground and confirms nothing: until a fix is accepted, what the table
 /// calls confirmed is kClaimed. One that claims less than the mission drives by (TrustParams) is not even so.
+/// Nor does it weigh as a measurement: where its own sigmas hold no fix, the first one is looked for
+/// `doubt` farther than they say, and what the claim then counts is told in pose_fusion.hpp.
 ///
 /// | event            | confirmed   | coasting    | unconfirmed | lost      |
 /// |------------------|-------------|-------------|-------------|-----------|
@@ -35,6 +37,7 @@
 
 #include <cstdint>
 
+#include "core/eigen.hpp"
 #include "core/enum_count.hpp"
 #include "mission_cfg.hpp"
 
@@ -73,6 +76,9 @@ struct TrustParams {
   /// The widest start pose that is taken at its word, standard deviations.
   double start_sigma_xy_m = cfg::kMission.confirmed_start_xy_m;
   double start_sigma_yaw_rad = cfg::kMission.confirmed_start_yaw_rad;
+  /// What a start pose may be off beside its own sigmas, standard deviations.
+  double doubt_xy_m = 0.25;
+  double doubt_yaw_rad = 0.03;
 };
 
 class TrustState {
@@ -86,13 +92,17 @@ class TrustState {
   void on(TrustEvent event);
 
   Trust state() const { return claimed_ && state_ == Trust::kConfirmed ? Trust::kClaimed : state_; }
+  /// No fix was accepted since the start.
+  bool unproven() const { return claimed_; }
+  /// Covariance of x, y and yaw that is added to the pose's own, to look for a fix farther away.
+  Mat3 doubt() const;
   /// kFixDeclined and kFixInconsistent in a row.
   std::uint32_t refusals() const { return refusals_; }
 
  private:
   TrustParams params_;
   Trust state_ = Trust::kLost;       ///< the table's
-  bool claimed_ = true;              ///< no fix was accepted since the start
+  bool claimed_ = true;              ///< unproven
   Trust since_ = Trust::kConfirmed;  ///< the state, were the pose of the snapshot confirmed
   bool held_ = false;                ///< frames since VO's reference, whatever the state
   std::uint32_t refusals_ = 0;

@@ -19,6 +19,7 @@ constexpr double kClutter = 0.3;
 
 // Together 0.045 m a pair.
 constexpr double kMapNoise_m = 0.040;
+constexpr double kCoarse_m = 0.1;
 constexpr double kFaceNoise_m = 0.020;  // of the sides of a boulder that are seen: the same in all frames
 constexpr double kSightNoise_m = 0.015;
 constexpr double kDiameter_m = 0.15;
@@ -44,7 +45,8 @@ std::vector<Pose2> path() {
 
 }  // namespace
 
-void DrivenRover::lay(Rng& rng, const DriveCase& c) {
+void DrivenRover::lay(Rng& rng) {
+  const DriveCase& c = case_;
   path_ = path();
   Vec2 low = path_[0].translation();
   Vec2 high = low;
@@ -57,7 +59,7 @@ void DrivenRover::lay(Rng& rng, const DriveCase& c) {
   const Vec2 size = high - low;
   const double area = size.x() * size.y();
   const double seen = std::min(0.8, kTrue / (kSwath_m2 * c.per_m2));
-  const FusionParams model;
+  const FusionParams& model = model_;
   // The map's shift, by its way along the drive; it is the same for whatever is near.
   std::vector<Vec2> shift{c.common_share * model.common_xy_m * Vec2(gauss(rng), gauss(rng))};
   const double keep = 1.0 / (1.0 + 1.0 / model.common_length_m);
@@ -70,12 +72,13 @@ void DrivenRover::lay(Rng& rng, const DriveCase& c) {
   const auto anywhere = [&] {
     return Vec2(uniform(rng, low.x(), high.x()), uniform(rng, low.y(), high.y()));
   };
+  const double noise = c.coarse ? kCoarse_m : kMapNoise_m;
   const int boulders = static_cast<int>(c.per_m2 * area);
   for (int i = 0; i < boulders; ++i) {
     const Vec2 p = anywhere();
     const double way = std::clamp(p.x() - path_[0].x_m, 0.0, 99.0);
     MapBoulder b;
-    b.p_map_m = p + shift[static_cast<std::size_t>(way)] + kMapNoise_m * Vec2(gauss(rng), gauss(rng));
+    b.p_map_m = p + shift[static_cast<std::size_t>(way)] + noise * Vec2(gauss(rng), gauss(rng));
     b.p_map_m = b.p_map_m.cwiseMax(low).cwiseMin(high);
     map.push_back(b);
     if (uniform(rng, 0.0, 1.0) < seen) rocks_.push_back({p + kFaceNoise_m * Vec2(gauss(rng), gauss(rng))});
@@ -89,8 +92,11 @@ void DrivenRover::lay(Rng& rng, const DriveCase& c) {
 void DrivenRover::drive(const DriveCase& c, std::uint64_t seed, DriveResult& out) {
   Rng rng(seed);
   rng.discard(8);
-  lay(rng, c);
-  const FusionParams model;
+  case_ = c;
+  model_ = {};
+  if (c.coarse) model_.common_xy_m = kCoarse_m;
+  lay(rng);
+  const FusionParams& model = model_;
   truth_ = path_[0];
   scale_ = c.vo_share * model.sigma_scale * gauss(rng);
   turn_rad_per_m_ = c.vo_share * model.sigma_turn_rad_per_m * gauss(rng);
@@ -109,8 +115,8 @@ void DrivenRover::drive(const DriveCase& c, std::uint64_t seed, DriveResult& out
   against_nats_ = 0.0;
   out = {};
   double next_m = 1.0;
-  for (std::uint32_t frame = 1; frame <= kFrames; ++frame) {
-    step(rng, c, frame);
+  for (std::uint32_t frame = 1; frame <= c.frames; ++frame) {
+    step(rng, frame);
     look(rng, frame);
     if (frame % kFixEvery == kFixEvery - 1) apply_fix(out);
     if (frame % kFixEvery == 0) begin_fix(frame);
@@ -121,8 +127,9 @@ void DrivenRover::drive(const DriveCase& c, std::uint64_t seed, DriveResult& out
 }
 
 /// A measured step is too short by k and lacks w; what it scatters beside is as the filter has it.
-void DrivenRover::step(Rng& rng, const DriveCase& c, std::uint32_t frame) {
-  const FusionParams model;
+void DrivenRover::step(Rng& rng, std::uint32_t frame) {
+  const DriveCase& c = case_;
+  const FusionParams& model = model_;
   const Pose2 real = path_[frame - 1].inverse() * path_[frame];
   truth_ = path_[frame];
   if (c.slip_m > 0.0 && frame == kFrames / 2) {
@@ -182,6 +189,10 @@ void DrivenRover::look(Rng& rng, std::uint32_t frame) {
   tracks_.start(seen, frame);
   WorkBudget all = WorkBudget::unlimited();
   (void)tracks_.step(all);
+  if (!tracks_.jumped()) return;
+  fusion_.doubt(2.0 / 3.0 * cfg::kMission.max_step_m, 2.0 / 3.0 * cfg::kMission.max_step_rad);
+  tracks_.forget_before(frame);
+  trust_.on(TrustEvent::kDoubted);
 }
 
 void DrivenRover::begin_fix(std::uint32_t frame) {
@@ -194,6 +205,10 @@ void DrivenRover::begin_fix(std::uint32_t frame) {
   trust_.snapshot();
   fix_lost_ = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
   MapFixParams params;
+  if (case_.coarse) {
+    params.search.evidence.sigma_pair_m = params.lost.sigma_pair_m = kCoarse_m;
+    params.search.verdict.calibration = 0.0;
+  }
   if (trust_.state() == Trust::kConfirmed)
     params.search.verdict.prior_log_odds = cfg::kMission.track_log_odds;
   const Vec2 pivot_site = T_site_rover_.translation();
@@ -204,6 +219,10 @@ void DrivenRover::begin_fix(std::uint32_t frame) {
   open_ = begun == MapFixStatus::kRunning;
   WorkBudget all = WorkBudget::unlimited();
   if (open_) (void)fix_.step(all);
+  if (!open_ || fix_lost_ || !trust_.unproven() || !may_lie_farther(fix_.status())) return;
+  const Mat3 doubted = fusion_.covariance_at_snapshot() + trust_.doubt();
+  (void)fix_.start_tracked(params, encoded_.map(), fix_.local(), T_map_site_, pivot_site, doubted);
+  (void)fix_.step(all);
 }
 
 void DrivenRover::apply_fix(DriveResult& out) {
@@ -215,7 +234,9 @@ void DrivenRover::apply_fix(DriveResult& out) {
   if (fix_.status() == MapFixStatus::kAccepted) {
     const double fresh = fresh_share(fix_.local(), applied_created_);
     const FixOffset offset{result.offset, result.covariance};
-    const FusionResult r = fix_lost_ ? fusion_.relocate(offset) : fusion_.update(offset, fresh);
+    const FusionResult r = fix_lost_           ? fusion_.relocate(offset)
+                           : trust_.unproven() ? fusion_.prove(offset)
+                                               : fusion_.update(offset, fresh);
     applied = r.status == FusionStatus::kFused;
     inconsistent = r.status == FusionStatus::kInconsistent;
     if (applied) {
@@ -229,7 +250,7 @@ void DrivenRover::apply_fix(DriveResult& out) {
       fix_.status() == MapFixStatus::kNoHypothesis || fix_.status() == MapFixStatus::kTooLittleEvidence;
   if (fix_.status() == MapFixStatus::kViewDisagrees) {
     tracks_.forget_before(fix_frame_);
-    const FusionParams model;
+    const FusionParams& model = model_;
     const double frames = TrackParams().window_frames;
     fusion_.doubt(frames * model.unseen_step_m, frames * model.unseen_step_rad);
     inconsistent = true;
@@ -267,6 +288,7 @@ DrivePose DrivenRover::pose() const {
   p.nees2 = off.dot(Vec2(c.inverse() * off));
   p.lost = trust_.state() == Trust::kLost;
   p.confirmed = trust_.state() == Trust::kConfirmed;
+  p.claimed = trust_.state() == Trust::kClaimed;
   return p;
 }
 

@@ -29,6 +29,8 @@ struct DriveCase {
   double slip_m = 0.0;        ///< half way, in a direction at random, that nothing tells of
   double vo_share = 1.0;      ///< of the errors of VO
   double common_share = 1.0;  ///< of the map's shift
+  bool coarse = false;        ///< as maps of 25 cm a pixel: pairs and shift of 0.1 m
+  std::uint32_t frames = 1000;
 };
 
 struct DrivePose {
@@ -37,6 +39,7 @@ struct DrivePose {
   double nees2 = 0.0;    ///< squared distance in sigmas, of x and y
   bool lost = false;     ///< trust says so
   bool confirmed = false;
+  bool claimed = false;
 };
 
 struct DriveResult {
@@ -54,8 +57,8 @@ class DrivenRover {
     std::uint8_t last = 0;              ///< sighting of the frame before, plus 1 ...
     Vec2 last_site_m = Vec2(0.0, 0.0);  ///< ... and where that lay
   };
-  void lay(Rng& rng, const DriveCase& c);
-  void step(Rng& rng, const DriveCase& c, std::uint32_t frame);
+  void lay(Rng& rng);
+  void step(Rng& rng, std::uint32_t frame);
   void look(Rng& rng, std::uint32_t frame);
   void begin_fix(std::uint32_t frame);
   void apply_fix(DriveResult& out);
@@ -63,6 +66,8 @@ class DrivenRover {
   Pose2 T_map_rover() const { return T_map_site_ * T_site_rover_; }
   DrivePose pose() const;
 
+  DriveCase case_;
+  FusionParams model_;
   std::vector<Pose2> path_;
   std::vector<Rock> rocks_;  ///< that the rover can see: of the map, and others
   EncodedMap encoded_;

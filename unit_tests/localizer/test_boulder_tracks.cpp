@@ -432,6 +432,68 @@ void test_fresh_share(void**) {
   assert_near(fresh_share(local, 10), 0.125, 0.0);
 }
 
+// ---- jumps
+
+/// Boulders of a strip that the rover drives along; each seen in `share` of the frames, aside by `jump_m`.
+struct Strip {
+  Random random{7};
+  At boulders[500];
+  double uniform() { return random.next() / 4294967296.0; }
+  Strip() {
+    for (At& b : boulders) b = {60.0 * uniform(), 4.0 * uniform()};
+  }
+  void look(std::uint32_t frame, double share, const Vec2& jump_m) {
+    seen.clear();
+    for (const At& b : boulders) {
+      const double ahead = b.x - 0.06 * frame;
+      if (ahead < 0.0 || ahead > 3.0 || uniform() > share) continue;
+      BoulderSighting s;
+      s.p_site_m = Vec3(b.x + 0.02 * uniform() + jump_m.x(), b.y + 0.02 * uniform() + jump_m.y(), 0.0);
+      s.range_m = 2.0F;
+      s.diameter_m = 0.2F;
+      if (!seen.push_back(s)) break;
+    }
+    take_in(tracks, seen, frame);
+  }
+};
+
+/// A drive whose boulders are where they were never jumps, be each seen in all frames or in half of them; one
+/// that moves aside in between does, at that frame and at no other.
+void test_a_jump_shows_at_its_frame(void**) {
+  for (const double share : {1.0, 0.7, 0.5}) {
+    for (const Vec2& jump : {Vec2(0.0, 0.0), Vec2(0.3, 0.0), Vec2(-0.7, 0.7)}) {
+      Strip strip;
+      tracks.init(show_all());
+      for (std::uint32_t frame = 1; frame <= 800; ++frame) {
+        strip.look(frame, share, frame < 300 ? Vec2(0.0, 0.0) : jump);
+        const bool jumps = frame == 300 && jump.x() != 0.0;
+        assert_int_equal(tracks.jumped(), jumps);
+        if (jumps) tracks.forget_before(frame);
+      }
+    }
+  }
+}
+
+/// Nothing is said where nothing was in view the frame before, or nothing is known of the share.
+void test_no_jump_without_a_frame_before(void**) {
+  const Vec2 aside(0.5, 0.5);
+  Strip strip;
+  tracks.init(show_all());
+  strip.look(1, 1.0, Vec2(0.0, 0.0));
+  strip.look(2, 1.0, aside);
+  assert_near(tracks.jump_log(), 0.0, 0.0);
+  tracks.init(show_all());
+  for (std::uint32_t frame = 1; frame <= 20; ++frame) strip.look(frame, 1.0, Vec2(0.0, 0.0));
+  assert_at_most(tracks.jump_log(), -1.0);
+  tracks.forget_all();
+  strip.look(21, 1.0, aside);
+  assert_near(tracks.jump_log(), 0.0, 0.0);
+  strip.look(23, 1.0, -aside);  // a frame is missing
+  assert_near(tracks.jump_log(), 0.0, 0.0);
+  strip.look(24, 1.0, Vec2(1.1, -0.3));
+  assert_true(tracks.jumped());
+}
+
 }  // namespace
 
 int main() {
@@ -457,6 +519,8 @@ int main() {
       cmocka_unit_test(test_what_is_shown),
       cmocka_unit_test(test_full),
       cmocka_unit_test(test_fresh_share),
+      cmocka_unit_test(test_a_jump_shows_at_its_frame),
+      cmocka_unit_test(test_no_jump_without_a_frame_before),
   };
   return cmocka_run_group_tests_name("localizer/boulder_tracks", tests, nullptr, nullptr);
 }

@@ -927,6 +927,69 @@ void test_relocation(void**) {
 }
 
 /// The steps since the snapshot are on top.
+/// Whatever the start claimed and however far off it was: what the first fix leaves is within the sigmas that
+/// the claim had to agree in, about where the fix is; and it counted twice as much at most.
+void test_a_false_claim_stays_within_its_sigmas(void**) {
+  const FusionParams params;
+  int counted = 0, alone = 0;
+  generator = Random(9);
+  for (int n = 0; n < 2000; ++n) {
+    const double claim = 0.01 * std::exp(uniform(0.0, 3.5));
+    const double claim_rad = 0.2 * claim;
+    const double fix = 0.01 * std::exp(uniform(0.0, 3.0));
+    const double off = 0.01 * std::exp(uniform(0.0, 5.0));
+    const Vec3 z(off, uniform(-1.0, 1.0) * off, uniform(-0.1, 0.1) * off);
+    PoseFusion fusion;
+    fusion.init(params, claim, claim_rad);
+    fusion.snapshot();
+    const FusionResult r = fusion.prove({z, diagonal(fix, 0.2 * fix)});
+    assert_status(r.status, FusionStatus::kFused);
+    const Vec3 left = Vec3(r.at_snapshot.x_m, r.at_snapshot.y_m, r.at_snapshot.yaw_rad) - z;
+    const Mat3 P = fusion.covariance();
+    assert_at_most(left.dot(Vec3(P.inverse() * left)), 2.0 * params.claim_chi2);
+    const double own = fix * fix + params.common_xy_m * params.common_xy_m;
+    assert_at_least(P(0, 0), 0.333 * own);
+    counted += P(0, 0) < 0.99 * own;
+    alone += P(0, 0) > 0.99 * own;
+  }
+  assert_at_least(counted, 200);
+  assert_at_least(alone, 200);
+}
+
+/// A claim that agrees is a measurement like any other. One that does not takes no rates with it that
+/// headings taught before the first fix.
+void test_a_claim_that_agrees_counts(void**) {
+  const Mat3 R = diagonal(0.01, 0.0005);
+  for (const double off : {0.05, 1.5}) {
+    PoseFusion proved;
+    proved.init(without_common(), 0.05, 0.01);
+    for (int n = 0; n < 40; ++n) {
+      proved.propagate(step_of(0.5, 0.0));
+      assert_status(proved.heading(0.0008, 1e-5).status, FusionStatus::kFused);
+    }
+    const double turn = proved.turn_rad_per_m();
+    assert_at_least(std::fabs(turn), 1e-5);
+    proved.snapshot();
+    PoseFusion fused = proved;
+    const FusionResult a = proved.prove({Vec3(off, 0.0, 0.0), R});
+    const FusionResult b = fused.update({Vec3(off, 0.0, 0.0), R}, 1.0);
+    assert_status(a.status, FusionStatus::kFused);
+    const bool agrees = b.status == FusionStatus::kFused && b.chi2 <= FusionParams().claim_chi2;
+    assert_int_equal(agrees, off < 0.1);
+    if (agrees) {
+      assert_near(a.at_snapshot.x_m, b.at_snapshot.x_m, 1e-12);
+      assert_near((proved.covariance() - fused.covariance()).norm(), 0.0, 1e-12);
+    } else {
+      assert_near(a.at_snapshot.x_m, off, 1e-6);
+      assert_near(proved.turn_rad_per_m(), turn, 0.0);
+    }
+  }
+  PoseFusion fusion;
+  fusion.init({}, 0.05, 0.01);
+  assert_status(fusion.prove({Vec3(0.0, 0.0, 0.0), Mat3::Zero()}).status, FusionStatus::kBadInput);
+  assert_near(fusion.sigma_xy_m(), 0.05, 1e-12);
+}
+
 void test_late_relocation(void**) {
   const FusionParams p;
   PoseFusion fusion;
@@ -1005,6 +1068,8 @@ int main() {
       cmocka_unit_test(test_fixes_about_hidden_frames),
       cmocka_unit_test(test_rates_are_bounded),
       cmocka_unit_test(test_relocation),
+      cmocka_unit_test(test_a_false_claim_stays_within_its_sigmas),
+      cmocka_unit_test(test_a_claim_that_agrees_counts),
       cmocka_unit_test(test_late_relocation),
       cmocka_unit_test(test_another_map_has_its_own_error),
   };

@@ -101,6 +101,35 @@ void test_a_claim_is_no_confirmation(void**) {
   assert_status(t.state(), Trust::kConfirmed);
 }
 
+/// From any start until a fix is accepted, whatever else is said in between; and again from the next start.
+void test_a_start_is_doubted_until_a_fix(void**) {
+  TrustParams params;
+  params.doubt_xy_m = 0.5;
+  params.doubt_yaw_rad = 0.1;
+  const Mat3 doubt = Vec3(0.25, 0.25, 0.01).asDiagonal();
+  for (const TrustEvent start :
+       {TrustEvent::kStartGiven, TrustEvent::kStartWide, TrustEvent::kStartUnknown}) {
+    TrustState t;
+    t.init(params);
+    for (int again = 0; again < 2; ++again) {
+      t.on(start);
+      for (const TrustEvent e : kAll) {
+        if (e == TrustEvent::kFixAccepted) continue;
+        t.on(e);
+        assert_true(t.unproven());
+        assert_near((t.doubt() - doubt).cwiseAbs().maxCoeff(), 0.0, 1e-15);
+      }
+      t.on(TrustEvent::kFixAccepted);
+      for (const TrustEvent e :
+           {TrustEvent::kGuessed, TrustEvent::kFixInconsistent, TrustEvent::kFixRefuted}) {
+        t.on(e);
+        assert_false(t.unproven());
+        assert_near(t.doubt().cwiseAbs().maxCoeff(), 0.0, 0.0);
+      }
+    }
+  }
+}
+
 /// No frame, good or bad, lifts a latched state.
 void test_latched(void**) {
   for (const Trust from : {Trust::kUnconfirmed, Trust::kLost}) {
@@ -265,6 +294,7 @@ int main() {
       cmocka_unit_test(test_wide_starts),
       cmocka_unit_test(test_frames),
       cmocka_unit_test(test_a_claim_is_no_confirmation),
+      cmocka_unit_test(test_a_start_is_doubted_until_a_fix),
       cmocka_unit_test(test_latched),
       cmocka_unit_test(test_fixes),
       cmocka_unit_test(test_refuted),
