@@ -5,6 +5,33 @@
 #include "core/assert.hpp"
 
 namespace cairn {
+namespace {
+
+/// An image point from the principal point, and the square of how far it is, in focal lengths.
+struct Radial {
+  double u, v, r2;
+  Radial(const StereoRig& rig, double u_px, double v_px) : u(u_px - rig.cx_px), v(v_px - rig.cy_px) {
+    r2 = u * u / (rig.fx_px * rig.fx_px) + v * v / (rig.fy_px * rig.fy_px);
+  }
+};
+
+void take_lens(const StereoRig& rig, double lens, double& u_px, double& v_px) {
+  const Radial seen(rig, u_px, v_px);
+  const double more = 1.0 / (1.0 + lens * seen.r2) - 1.0;
+  u_px += seen.u * more;
+  v_px += seen.v * more;
+}
+
+/// Of the two solutions the one that is the point itself without a lens.
+void give_lens(const StereoRig& rig, double lens, double& u_px, double& v_px) {
+  const Radial ideal(rig, u_px, v_px);
+  const double root2 = 1.0 - 4.0 * lens * ideal.r2;
+  const double more = 2.0 / (1.0 + std::sqrt(root2 > 0.0 ? root2 : 0.0)) - 1.0;
+  u_px += ideal.u * more;
+  v_px += ideal.v * more;
+}
+
+}  // namespace
 
 bool is_valid(const StereoRig& rig) {
   const auto positive = [](double v) { return v > 0.0 && std::isfinite(v); };
@@ -37,6 +64,36 @@ StereoPixel sampson_correct(const StereoPixel& match) {
   StereoPixel px = match;
   px.v_left = px.v_right = 0.5 * (match.v_left + match.v_right);
   return px;
+}
+
+StereoPixel without_lens(const StereoRig& rig, double lens, const StereoPixel& seen) {
+  if (lens == 0.0) return seen;
+  StereoPixel px = seen;
+  take_lens(rig, lens, px.u_left, px.v_left);
+  take_lens(rig, lens, px.u_right, px.v_right);
+  return px;
+}
+
+StereoPixel with_lens(const StereoRig& rig, double lens, const StereoPixel& ideal) {
+  if (lens == 0.0) return ideal;
+  StereoPixel px = ideal;
+  give_lens(rig, lens, px.u_left, px.v_left);
+  give_lens(rig, lens, px.u_right, px.v_right);
+  return px;
+}
+
+StereoPixel to_ideal(const StereoRig& rig, const ImageOffset& offset, const StereoPixel& seen) {
+  StereoPixel px = without_lens(rig, offset.lens, seen);
+  px.u_right -= offset.columns_px;
+  px.v_right -= offset.rows_px;
+  return px;
+}
+
+StereoPixel to_seen(const StereoRig& rig, const ImageOffset& offset, const StereoPixel& ideal) {
+  StereoPixel px = ideal;
+  px.u_right += offset.columns_px;
+  px.v_right += offset.rows_px;
+  return with_lens(rig, offset.lens, px);
 }
 
 Vec3 triangulate(const StereoRig& rig, const StereoPixel& corrected) {

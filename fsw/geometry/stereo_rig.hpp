@@ -21,10 +21,13 @@ struct StereoPixel {
   double disparity_px() const { return u_left - u_right; }
 };
 
-/// How far the right image lies from where the ideal rig would see it, as a whole.
+/// How images differ from what the ideal rig would see, as a whole.
 struct ImageOffset {
-  double rows_px = 0.0;     ///< lower
-  double columns_px = 0.0;  ///< to the right: disparities are short by so much
+  double rows_px = 0.0;     ///< the right one lies lower
+  double columns_px = 0.0;  ///< it lies to the right: disparities are short by so much
+  /// Distortion of both images, r in focal lengths from the principal point (division model, Fitzgibbon
+  /// 2001): ideal = seen / (1 + lens r_seen^2); to first order the k1 of others.
+  double lens = 0.0;
 };
 
 struct StereoRig {
@@ -52,6 +55,14 @@ StereoPixel project(const StereoRig& rig, const Vec3& p_cam);
 /// Zisserman 12.4). Between rectified views the epipolar constraint is v_left = v_right, which is linear, so
 /// the first-order correction is exact: each side takes half of the difference.
 StereoPixel sampson_correct(const StereoPixel& match);
+
+/// A match without its lens, and one of the ideal rig with it; the same bits where that is zero.
+StereoPixel without_lens(const StereoRig& rig, double lens, const StereoPixel& seen);
+StereoPixel with_lens(const StereoRig& rig, double lens, const StereoPixel& ideal);
+
+/// Where the ideal rig would see a match, and where to look for what it would see.
+StereoPixel to_ideal(const StereoRig& rig, const ImageOffset& offset, const StereoPixel& seen);
+StereoPixel to_seen(const StereoRig& rig, const ImageOffset& offset, const StereoPixel& ideal);
 
 /// Triangulated point in `cam`. Asks for a positive disparity (the caller gates it) and a match
 /// on its epipolar line.

@@ -23,7 +23,7 @@ ObserveStatus BoulderObserver::start(const ImageU8& left, const ImageU8& right, 
   left_ = left;
   right_ = right;
   plane_ = plane;
-  columns_px_ = offset.columns_px;
+  offset_ = offset;
   T_site_cam_ = T_site_cam;
   const Vec3 seen(plane[0], plane[1], plane[2] - offset.columns_px);
   const int lower_px = rounded(offset.rows_px);
@@ -124,13 +124,13 @@ void BoulderObserver::next_phase() {
 }
 
 bool BoulderObserver::ray_of(const StereoProbe& probe, Vec3& ray_m) const {
-  const double d = static_cast<double>(probe.d_px) + columns_px_;
-  if (!(d > 0.0)) return false;
   StereoPixel px;
   px.u_left = probe.u - 0.5;  // centre of an even window
   px.v_left = px.v_right = probe.v - 0.5;
-  px.u_right = px.u_left - d;
+  px.u_right = px.u_left - (static_cast<double>(probe.d_px) + offset_.columns_px);
   if (params_.own.covers(px.u_left, px.v_left)) return false;
+  px = without_lens(rig_, offset_.lens, px);
+  if (!(px.disparity_px() > 0.0)) return false;
   ray_m = T_site_cam_.q * triangulate(rig_, px);
   return true;
 }
@@ -142,7 +142,7 @@ void BoulderObserver::lift(const StereoProbe& probe) {
   SurfacePoint point;
   point.p_site_m = ray + T_site_cam_.t;
   point.sigma_height_m = static_cast<float>(std::fabs(ray.z()) * params_.probe_sigma_px /
-                                            (static_cast<double>(probe.d_px) + columns_px_));
+                                            (static_cast<double>(probe.d_px) + offset_.columns_px));
   point.u = probe.u;
   point.v = probe.v;
   point.label = segmentation_.labels().label_at(probe.u - 0.5, probe.v - 0.5);

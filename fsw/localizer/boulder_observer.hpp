@@ -161,7 +161,7 @@ class BoulderObserver {
   ImageU8 left_;
   ImageU8 right_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
-  double columns_px_ = 0.0;
+  ImageOffset offset_;
   Pose3 T_site_cam_;
   ObserveCounts counts_;
 

@@ -18,11 +18,10 @@ constexpr double kFoundShare = 0.3;  // of the features, in three neighbouring r
 }  // namespace
 
 Vec3 StereoFrame::point_m(const StereoRig& rig, std::size_t i) const {
-  const Feature& f = feature(i);
   StereoPixel px;
-  px.u_left = f.iu;
+  px.u_left = points[i].u_px;
   px.v_left = px.v_right = points[i].v_px;
-  px.u_right = f.iu - points[i].d_px;
+  px.u_right = px.u_left - points[i].d_px;
   return triangulate(rig, px);
 }
 
@@ -33,12 +32,21 @@ bool StereoFrame::on_plane(std::size_t i) const {
   return std::fabs(off) < 0.5 + 0.03 * d_px;
 }
 
-void StereoFrame::lengthen(double d_px) {
-  plane[2] += d_px;
-  for (StereoPoint& point : points) {
+void StereoPoint::take(const StereoPixel& corrected) {
+  const StereoPixel px = sampson_correct(corrected);
+  d_px = px.disparity_px();
+  u_px = px.u_left;
+  v_px = px.v_left;
+}
+
+void StereoFrame::correct(const RectificationEstimator& rectification, const ImageOffset& before) {
+  plane[2] += rectification.offset().columns_px - before.columns_px;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    StereoPoint& point = points[i];
     if (!point.valid) continue;
-    point.d_px += d_px;
-    point.keypoint.u_right -= d_px;
+    const Feature& f = feature(i);
+    point.take(rectification.correct(
+        {static_cast<double>(f.iu), static_cast<double>(f.iv), point.found_u_px, point.found_v_px}));
     if (point.d_px > 0.5) continue;
     point.valid = false;
     --valid_points;
@@ -201,10 +209,9 @@ void StereoFrameJob::collect() {
       const Feature& l = left.features[i];
       const Feature& r = right_.result().features[static_cast<std::size_t>(j)];
       const ImageOffset& offset = rectification_.offset();
-      const double u_right = static_cast<double>(r.u) - offset.columns_px;
-      const double v_right = static_cast<double>(r.v) - offset.rows_px;
-      point.keypoint = sampson_correct({l.u, l.v, u_right, v_right});
+      point.keypoint = sampson_correct(to_ideal(rig_, offset, {l.u, l.v, r.u, r.v}));
       point.d_px = point.keypoint.disparity_px();
+      point.u_px = l.iu;  // of what follows keypoints alone
       point.v_px = point.keypoint.v_left;
       point.valid = point.d_px >= params_.min_disparity_px && !own;
       points_ += point.valid ? 1 : 0;
@@ -261,20 +268,24 @@ void StereoFrameJob::refine_point(std::size_t i) {
   const float warp[4] = {sloped ? static_cast<float>(1.0 - frame_->plane[0]) : 1.0F,
                          sloped ? static_cast<float>(-frame_->plane[1]) : 0.0F, 0.0F, 1.0F};
   const ImageOffset& offset = rectification_.offset();
-  const double row = f.iv + offset.rows_px;
-  const Alignment a = align(patch, right_.smooth(), static_cast<float>(f.iu - point.d_px + offset.columns_px),
-                            static_cast<float>(row), warp, params_.align);
+  const double u = f.iu;
+  const double v = f.iv;
+  StereoPixel guess = without_lens(rig_, offset.lens, {u, v, u, v});
+  guess.u_right = guess.u_left - point.d_px;
+  guess = to_seen(rig_, offset, guess);
+  const Alignment a = align(patch, right_.smooth(), static_cast<float>(guess.u_right),
+                            static_cast<float>(guess.v_right), warp, params_.align);
   if (a.status != AlignStatus::kAligned) return;
-  const StereoPixel measured = {static_cast<double>(f.iu), static_cast<double>(f.iv), a.u, a.v};
+  const StereoPixel measured = {u, v, a.u, a.v};
   rectification_.observe(measured);
   const StereoPixel corrected = rectification_.correct(measured);
-  const StereoPixel px = sampson_correct(corrected);
   ++aligned_;
   if (!(std::fabs(corrected.v_right - corrected.v_left) <= kOnRow_px)) return;
   ++on_row_;
-  if (px.disparity_px() < params_.min_disparity_px) return;
-  point.d_px = px.disparity_px();
-  point.v_px = px.v_left;
+  point.found_u_px = a.u;
+  point.found_v_px = a.v;
+  point.take(corrected);
+  if (point.d_px < params_.min_disparity_px) return;
   point.valid = true;
   ++frame_->valid_points;
 }

@@ -46,9 +46,14 @@ struct StereoFrameParams {
 /// A stereo point of a frame.
 struct StereoPoint {
   bool valid = false;
-  StereoPixel keypoint;  ///< as the detector found it, on the epipolar line
-  double d_px = 0.0;     ///< disparity of the patch about the whole pixel (iu, iv), refined
-  double v_px = 0.0;     ///< its row, on the epipolar line
+  StereoPixel keypoint;     ///< as the detector found it, on the epipolar line
+  double d_px = 0.0;        ///< disparity of the patch about the whole pixel (iu, iv), refined
+  double u_px = 0.0;        ///< where the ideal left camera sees it
+  double v_px = 0.0;        ///< likewise, on the epipolar line
+  float found_u_px = 0.0F;  ///< where it was found in the right image
+  float found_v_px = 0.0F;
+
+  void take(const StereoPixel& corrected);
 };
 
 struct StereoFrame {
@@ -62,8 +67,8 @@ struct StereoFrame {
   Vec3 point_m(const StereoRig& rig, std::size_t i) const;
   /// Does the ground's plane hold at this point? A boulder or a hole keeps the frontal model.
   bool on_plane(std::size_t i) const;
-  /// All disparities are longer than it was thought: the plane's, too. What then has none is left out.
-  void lengthen(double d_px);
+  /// Points and plane where another estimate sees them than that with `before`.
+  void correct(const RectificationEstimator& rectification, const ImageOffset& before);
 };
 
 /// What is done once for each point between two stages of the work, a unit of its own.

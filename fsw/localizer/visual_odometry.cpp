@@ -169,7 +169,7 @@ void VisualOdometry::begin_match(bool wide) {
       double v = f.iv;
       const Vec3 p = T_cur_ref * reference().point_m(rig_, i);
       if (!wide && p.z() > kMinDepth) {
-        const StereoPixel px = project(rig_, p);
+        const StereoPixel px = with_lens(rig_, rectification().offset().lens, project(rig_, p));
         u = px.u_left;
         v = px.v_left;
       }
@@ -348,8 +348,9 @@ bool VisualOdometry::align_left(std::size_t i) {
   const Feature& f = ref.feature(i);
   const Vec3 p_cur = T_cur_ref_ * ref.point_m(rig_, i);
   if (!(p_cur.z() > kMinDepth)) return false;
-  const StereoPixel predicted = aligned_.predicted = project(rig_, p_cur);
-  if (params_.own.covers(predicted.u_left, predicted.v_left)) return false;
+  const StereoPixel predicted = project(rig_, p_cur);
+  const StereoPixel expected = aligned_.expected = to_seen(rig_, rectification().offset(), predicted);
+  if (params_.own.covers(expected.u_left, expected.v_left)) return false;
   if (cut_template(ref.left.smooth(), f.iu, f.iv, aligned_.patch) != AlignStatus::kAligned) return false;
 
   // The warps from the template into both images: where do neighbours on the ground's plane go?
@@ -361,7 +362,7 @@ bool VisualOdometry::align_left(std::size_t i) {
     constexpr double kStep = 4.0;
     const double slope = sloped ? ref.plane[axis] : 0.0;
     StereoPixel neighbour;
-    neighbour.u_left = f.iu + (axis == 0 ? kStep : 0.0);
+    neighbour.u_left = point.u_px + (axis == 0 ? kStep : 0.0);
     neighbour.v_left = neighbour.v_right = point.v_px + (axis == 1 ? kStep : 0.0);
     neighbour.u_right = neighbour.u_left - point.d_px - slope * kStep;
     if (!(neighbour.disparity_px() > 0.5)) return false;
@@ -373,18 +374,17 @@ bool VisualOdometry::align_left(std::size_t i) {
     warp_right[axis] = static_cast<float>((moved.u_right - predicted.u_right) / kStep);
     warp_right[2 + axis] = static_cast<float>((moved.v_right - predicted.v_right) / kStep);
   }
-  aligned_.left = align(aligned_.patch, current().left.smooth(), static_cast<float>(predicted.u_left),
-                        static_cast<float>(predicted.v_left), warp_left, params_.align);
+  aligned_.left = align(aligned_.patch, current().left.smooth(), static_cast<float>(expected.u_left),
+                        static_cast<float>(expected.v_left), warp_left, params_.align);
   return aligned_.left.status == AlignStatus::kAligned;
 }
 
 void VisualOdometry::align_right(std::size_t i) {
-  const StereoPixel& predicted = aligned_.predicted;
   const Alignment& l = aligned_.left;
   const ImageOffset& offset = rectification().offset();
-  const Alignment r = align(
-      aligned_.patch, stereo_.right().smooth(), static_cast<float>(predicted.u_right + offset.columns_px),
-      static_cast<float>(predicted.v_right + offset.rows_px), aligned_.warp_right, params_.align);
+  const Alignment r =
+      align(aligned_.patch, stereo_.right().smooth(), static_cast<float>(aligned_.expected.u_right),
+            static_cast<float>(aligned_.expected.v_right), aligned_.warp_right, params_.align);
   if (r.status != AlignStatus::kAligned) return;
   if (std::fabs(r.v - static_cast<float>(offset.rows_px) - l.v) > kMaxRowOffset_px) return;
   MotionPair pair;
@@ -413,7 +413,7 @@ void VisualOdometry::accept(const MotionResult& motion) {
     lose(VoStatus::kImplausible);
     return;
   }
-  stereo_.rectification().observe_columns(motion.columns_information, motion.columns_evidence);
+  stereo_.rectification().observe_motion(motion.rig);
   result_.T_prev_cur = T_prev_cur;
   last_step_ = elapsed_ == 1 ? T_prev_cur : share_of(T_prev_cur, 1.0 / elapsed_);
   motion_known_ = true;
@@ -439,11 +439,12 @@ void VisualOdometry::lose(VoStatus status) {
 }
 
 void VisualOdometry::finish(VoStatus status) {
-  const double columns_px = rectification().offset().columns_px;
+  const ImageOffset before = rectification().offset();
   stereo_.end_frame();
   // The next motion takes one estimate for both of its frames.
-  const double longer_px = rectification().offset().columns_px - columns_px;
-  if (have_reference_ && longer_px != 0.0) reference().lengthen(longer_px);
+  const ImageOffset& now = rectification().offset();
+  const bool bent = now.columns_px != before.columns_px || now.lens != before.lens;
+  if (have_reference_ && bent) reference().correct(rectification(), before);
   status_ = status;
   settled_ = settles(status);
 }

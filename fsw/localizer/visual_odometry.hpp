@@ -155,7 +155,7 @@ class VisualOdometry {
   struct Aligned {
     PatchTemplate patch;
     Alignment left;
-    StereoPixel predicted;
+    StereoPixel expected;  ///< in the images, as their lens and offset have it
     float warp_right[4] = {};
     bool half = false;  ///< found on the left
   };

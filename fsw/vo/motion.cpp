@@ -135,6 +135,47 @@ void accumulate(const Residual& o, double weight, Mat6& information, Vec6& gradi
   }
 }
 
+/// How the residual of a pair changes by a parameter, sign reversed.
+struct Shift {
+  double u, v, d;
+};
+
+double dot(const Shift& a, const Shift& b) { return a.u * b.u + a.v * b.v + a.d * b.d; }
+
+/// The residual's information times a shift.
+Shift weigh(const Shift& h, double weight, const Residual& o) {
+  const double aj_h = o.aj_u * h.u + o.aj_v * h.v + o.aj_d * h.d;
+  return {weight * (h.u * (1.0 / kVarU) - o.k * aj_h * o.aj_u),
+          weight * (h.v * (1.0 / kVarV) - o.k * aj_h * o.aj_v),
+          weight * (h.d * (1.0 / kVarD) - o.k * aj_h * o.aj_d)};
+}
+
+/// What a stronger lens takes off (geometry/stereo_rig.hpp) of a point, by its place from the middle.
+Shift lens_of(const StereoRig& rig, double u, double v, double d) {
+  const double x2 = 1.0 / (rig.fx_px * rig.fx_px);
+  const double y2 = v * v / (rig.fy_px * rig.fy_px);
+  const double right = u - d;
+  const double left_r2 = u * u * x2 + y2;
+  const double right_r2 = right * right * x2 + y2;
+  return {-u * left_r2, -0.5 * v * (left_r2 + right_r2), right * right_r2 - u * left_r2};
+}
+
+/// Both what is measured and the reference's point move, that one with its prediction.
+Shift lens_shift(const StereoRig& rig, const MotionPair& pair, const Motion& m, const Residual& o) {
+  const Vec3& p = pair.p_ref_m;
+  const Shift now =
+      lens_of(rig, pair.seen.u_left - rig.cx_px, pair.seen.v_left - rig.cy_px, pair.seen.disparity_px());
+  const Shift then = lens_of(rig, rig.fx_px * p.x() / p.z(), rig.fy_px * p.y() / p.z(), pair.d_ref_px);
+  const double x = p.z() * then.u / rig.fx_px;
+  const double y = p.z() * then.v / rig.fy_px;
+  const double moved_x = m.R(0, 0) * x + m.R(0, 1) * y;
+  const double moved_y = m.R(1, 0) * x + m.R(1, 1) * y;
+  const double moved_z = m.R(2, 0) * x + m.R(2, 1) * y;
+  return {o.hu * moved_x + o.hux * moved_z + o.aj_u * kVarU * then.d - now.u,
+          o.hv * moved_y + o.hvy * moved_z + o.aj_v * kVarV * then.d - now.v,
+          o.hd * moved_z + o.aj_d * kVarD * then.d - now.d};
+}
+
 }  // namespace
 
 MotionStatus RansacMotionJob::start(const MotionParams& params, const StereoRig& rig,
@@ -236,7 +277,7 @@ MotionStatus RansacMotionJob::finish() {
 }
 
 MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig& rig,
-                                    const MotionPairs& pairs, const Pose3& T_cur_ref, bool columns) {
+                                    const MotionPairs& pairs, const Pose3& T_cur_ref, bool of_rig) {
   result_ = {};
   result_.pairs = static_cast<int>(pairs.size());
   status_ = is_valid(T_cur_ref) ? check(params, rig, pairs) : MotionStatus::kBadInput;
@@ -245,7 +286,7 @@ MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig&
   rig_ = rig;
   pairs_ = &pairs;
   T_cur_ref_ = T_cur_ref;
-  columns_ = columns;
+  of_rig_ = of_rig;
   iteration_ = 0;
   begin_pass(Pass::kScale);
   return status_;
@@ -253,16 +294,17 @@ MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig&
 
 Progress RefineMotionJob::step(WorkBudget& budget) {
   while (status_ == MotionStatus::kRunning) {
-    const std::size_t left = pairs_->size() - cursor_;
-    const std::size_t count = left < kUnitPairs ? left : kUnitPairs;
     const std::uint32_t each = kPairOps[static_cast<std::size_t>(pass_)];
+    const std::size_t left = pairs_->size() - cursor_;
+    const std::size_t most = pass_ == Pass::kRig ? kMostUnitOps / each : kUnitPairs;
+    const std::size_t count = left < most ? left : most;
     if (!budget.take(each * static_cast<std::uint32_t>(count))) return Progress::kMore;
     const std::size_t end = cursor_ + count;
     switch (pass_) {
       case Pass::kScale: measure(end); break;
       case Pass::kAccumulate: accumulate_pairs(end); break;
       case Pass::kJudge: judge(end); break;
-      case Pass::kColumns: ask_of_columns(end); break;
+      case Pass::kRig: ask_of_rig(end); break;
     }
     cursor_ = end;
     if (cursor_ == pairs_->size()) end_pass();
@@ -294,15 +336,15 @@ void RefineMotionJob::end_pass() {
     }
     case Pass::kJudge: {
       const MotionStatus status = finish();
-      if (columns_ && status == MotionStatus::kEstimated) {
-        begin_pass(Pass::kColumns);
+      if (of_rig_ && status == MotionStatus::kEstimated) {
+        begin_pass(Pass::kRig);
       } else {
         status_ = status;
       }
       break;
     }
-    case Pass::kColumns:
-      tell_columns();
+    case Pass::kRig:
+      tell_of_rig();
       status_ = MotionStatus::kEstimated;
       break;
   }
@@ -403,9 +445,9 @@ MotionStatus RefineMotionJob::finish() {
   return MotionStatus::kEstimated;
 }
 
-/// A seventh parameter, of which the first iteration is taken: disparities longer by one in both frames move
-/// the prediction by j, and the measured disparity by one.
-void RefineMotionJob::ask_of_columns(std::size_t end) {
+/// Two more parameters, of which the first iteration is taken. Disparities longer by one in both frames move
+/// the prediction by j, and the measured disparity by one; what a lens moves is told by bend().
+void RefineMotionJob::ask_of_rig(std::size_t end) {
   const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
   const Motion motion(T_cur_ref_);
@@ -413,33 +455,43 @@ void RefineMotionJob::ask_of_columns(std::size_t end) {
     Residual o;
     if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
     const double weight = 1.0 / (s2 + o.squared / c2);
-    const double hu = o.aj_u * kVarU;
-    const double hv = o.aj_v * kVarV;
-    const double hd = o.aj_d * kVarD - 1.0;
-    const double aj_h = o.aj_u * hu + o.aj_v * hv + o.aj_d * hd;
-    const double wu = weight * (hu * (1.0 / kVarU) - o.k * aj_h * o.aj_u);
-    const double wv = weight * (hv * (1.0 / kVarV) - o.k * aj_h * o.aj_v);
-    const double wd = weight * (hd * (1.0 / kVarD) - o.k * aj_h * o.aj_d);
-    sums_.own += hu * wu + hv * wv + hd * wd;
-    sums_.gradient += o.u * wu + o.v * wv + o.d * wd;
     const Jacobian J(o);
-    for (int k = 0; k < 6; ++k) sums_.cross[k] += J.u[k] * wu + J.v[k] * wv + J.d[k] * wd;
+    const Shift columns{o.aj_u * kVarU, o.aj_v * kVarV, o.aj_d * kVarD - 1.0};
+    const Shift lens = lens_shift(rig_, (*pairs_)[i], motion, o);
+    const Shift of_columns = weigh(columns, weight, o);
+    const Shift of_lens = weigh(lens, weight, o);
+    sums_.own[0] += dot(columns, of_columns);
+    sums_.own[1] += dot(lens, of_lens);
+    sums_.shared += dot(columns, of_lens);
+    sums_.gradient[0] += o.u * of_columns.u + o.v * of_columns.v + o.d * of_columns.d;
+    sums_.gradient[1] += o.u * of_lens.u + o.v * of_lens.v + o.d * of_lens.d;
+    for (int k = 0; k < 6; ++k) {
+      sums_.cross[0][k] += J.u[k] * of_columns.u + J.v[k] * of_columns.v + J.d[k] * of_columns.d;
+      sums_.cross[1][k] += J.u[k] * of_lens.u + J.v[k] * of_lens.v + J.d[k] * of_lens.d;
+    }
   }
 }
 
 /// The motion eliminated (Schur complement). The gradient stays: at the solution the motion's own is zero. A
 /// wall that moves sideways is as well one at another distance: where next to nothing is left, that is
 /// rounding. Images without noise make residuals small, and columns no better known.
-void RefineMotionJob::tell_columns() {
+void RefineMotionJob::tell_of_rig() {
   const Eigen::LDLT<Mat6> ldlt(information_);
-  const Vec6 moved = ldlt.solve(sums_.cross);
-  const double left = sums_.own - sums_.cross.dot(moved);
+  const Vec6 moved = ldlt.solve(sums_.cross[0]);
+  const double left = sums_.own[0] - sums_.cross[0].dot(moved);
   constexpr double kLeastLeft = 1.0e-3;  // of what there was: in drives some 0.03
   constexpr double kLeastScale = 0.05;   // in drives 0.2 and more
-  if (!(left > kLeastLeft * sums_.own)) return;
+  if (!(left > kLeastLeft * sums_.own[0])) return;
   const double scale = scale_ > kLeastScale ? scale_ : kLeastScale;
-  result_.columns_information = left / scale;
-  result_.columns_evidence = sums_.gradient / scale;
+  result_.rig.columns_information = left / scale;
+  result_.rig.columns_evidence = sums_.gradient[0] / scale;
+  const double shared = sums_.shared - sums_.cross[1].dot(moved);
+  const Vec6 moved_lens = ldlt.solve(sums_.cross[1]);
+  const double left_lens = sums_.own[1] - sums_.cross[1].dot(moved_lens);
+  if (!(left_lens > kLeastLeft * sums_.own[1])) return;
+  result_.rig.lens_information = left_lens / scale;
+  result_.rig.lens_evidence = sums_.gradient[1] / scale;
+  result_.rig.shared = shared / scale;
 }
 
 }  // namespace cairn

@@ -52,6 +52,17 @@ enum class CAIRN_NODISCARD MotionStatus : std::uint8_t {
   kBadInput,     ///< a parameter or a pair out of its range
 };
 
+/// What a refinement tells of an offset of all disparities and of the lens (geometry/stereo_rig.hpp), both
+/// frames', once the motion is left free: information, and that times what disparities want to be longer by
+/// (px) and the lens to be stronger.
+struct RigEvidence {
+  double columns_information = 0.0;
+  double columns_evidence = 0.0;
+  double lens_information = 0.0;
+  double lens_evidence = 0.0;
+  double shared = 0.0;  ///< information of both: what one explains of the other
+};
+
 struct MotionResult {
   Pose3 T_cur_ref;                 ///< carries points of the reference camera into the current one
   Mat6 covariance = Mat6::Zero();  ///< of the left perturbation (rotation xyz rad, translation xyz m),
@@ -59,10 +70,7 @@ struct MotionResult {
   int inliers = 0;
   int pairs = 0;
   double rms_px = 0.0;  ///< of the inliers' residuals in u, v, d
-  /// What the refinement tells of an offset of all disparities, both frames': information (1/px^2) once the
-  /// motion is left free, and that times the px that disparities want to be longer by.
-  double columns_information = 0.0;
-  double columns_evidence = 0.0;
+  RigEvidence rig;
 };
 
 /// RANSAC with absolute orientation.
@@ -103,13 +111,13 @@ class RansacMotionJob {
 class RefineMotionJob {
  public:
   static constexpr std::size_t kUnitPairs = 40;
-  /// Of a pair: 200 to measure its residual and 300 to add it up, or 500 to judge it or to ask of columns.
-  static constexpr std::uint32_t kPairOps[4] = {200, 300, 500, 500};
+  /// Of a pair: 200 to measure its residual and 300 to add it up, 500 to judge it, or 800 to ask of the rig.
+  static constexpr std::uint32_t kPairOps[4] = {200, 300, 500, 800};
   static constexpr std::uint32_t kMostUnitOps = 500 * kUnitPairs;
 
-  /// `columns`: what the motion tells of them is asked for.
+  /// `of_rig`: what the motion tells of columns and lens is asked for.
   MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs,
-                     const Pose3& T_cur_ref, bool columns = false);
+                     const Pose3& T_cur_ref, bool of_rig = false);
   /// Unit: so many pairs, in one of an iteration's two passes or in the last ones.
   Progress step(WorkBudget& budget);
   MotionStatus status() const { return status_; }
@@ -123,7 +131,7 @@ class RefineMotionJob {
     kScale,       ///< how large the residuals are
     kAccumulate,  ///< normal equations
     kJudge,       ///< inliers and covariance at the solution
-    kColumns,     ///< what the motion tells of them
+    kRig,         ///< what the motion tells of columns and lens
   };
   /// Residuals counted by size, of which the median is wanted: no sorting, bounded work.
   struct Histogram {
@@ -139,11 +147,12 @@ class RefineMotionJob {
     double slopes = 0.0;  ///< what a weighted residual changes by with its residual, of one coordinate
   };
 
-  /// Normal equations of a seventh parameter: its own, and what it shares with the motion.
-  struct Columns {
-    double own = 0.0;
-    double gradient = 0.0;
-    Vec6 cross = Vec6::Zero();
+  /// Normal equations of columns and lens: their own, and what they share with the motion.
+  struct Rig {
+    double own[2] = {};
+    double shared = 0.0;
+    double gradient[2] = {};
+    Vec6 cross[2] = {Vec6::Zero(), Vec6::Zero()};
   };
 
   void begin_pass(Pass pass);
@@ -155,14 +164,14 @@ class RefineMotionJob {
   /// True when converged.
   bool move();
   MotionStatus finish();
-  void ask_of_columns(std::size_t end);
-  void tell_columns();
+  void ask_of_rig(std::size_t end);
+  void tell_of_rig();
 
   MotionStatus status_ = MotionStatus::kIdle;
   MotionParams params_;
   StereoRig rig_;
   const MotionPairs* pairs_ = nullptr;
-  bool columns_ = false;
+  bool of_rig_ = false;
   int iteration_ = 0;
   Pass pass_ = Pass::kScale;
   std::size_t cursor_ = 0;
@@ -173,7 +182,7 @@ class RefineMotionJob {
   Mat6 information_ = Mat6::Zero();
   Vec6 gradient_ = Vec6::Zero();
   Tail tail_;
-  Columns sums_;
+  Rig sums_;
   MotionResult result_;
   bool inlier_[cfg::kMaxFeatures] = {};
 };

@@ -27,6 +27,16 @@ Model model_at(const StereoRig& rig, const StereoPixel& px) {
   return m;
 }
 
+/// Row difference that a lens of one makes: exact, as long as it is the only error.
+double rows_of_lens(const StereoRig& rig, const StereoPixel& px) {
+  const double f2 = square(rig.fx_px);
+  const double v_left = px.v_left - rig.cy_px;
+  const double v_right = px.v_right - rig.cy_px;
+  const double left2 = square(px.u_left - rig.cx_px) + square(v_left);
+  const double right2 = square(px.u_right - rig.cx_px) + square(v_right);
+  return (v_left * right2 - v_right * left2) / f2;
+}
+
 }  // namespace
 
 void RectificationEstimator::init(const RectificationParams& params, const StereoRig& rig) {
@@ -34,8 +44,7 @@ void RectificationEstimator::init(const RectificationParams& params, const Stere
   rig_ = rig;
   information_.setZero();
   evidence_.setZero();
-  rows_and_angles_.setZero();
-  rows_information_ = rows_evidence_ = columns_information_ = columns_evidence_ = 0.0;
+  motions_ = {};
   angles_.setZero();
   offset_ = {};
   if (params.enabled) offset_.columns_px = params.columns_px;
@@ -47,65 +56,108 @@ void RectificationEstimator::set_rows(double rows_px) {
 
 void RectificationEstimator::observe(const StereoPixel& measured) {
   if (!params_.enabled) return;
-  const Model m = model_at(rig_, measured);
+  const Causes rows = causes_at(measured);
   const double dv = measured.v_right - measured.v_left;
-  if (!(std::fabs(dv - offset_.rows_px - m.vertical.dot(angles_)) <= params_.gate_px)) return;
+  const double expected = offset_.rows_px + rows.head<4>().dot(angles_) + rows[kLens] * offset_.lens;
+  if (!(std::fabs(dv - expected) <= params_.gate_px)) return;
   const double w = 1.0 / (params_.sigma_px * params_.sigma_px);
-  information_.noalias() += w * m.vertical * m.vertical.transpose();
-  evidence_ += (w * dv) * m.vertical;
-  rows_and_angles_ += w * m.vertical;
-  rows_information_ += w;
-  rows_evidence_ += w * dv;
+  information_.noalias() += w * rows * rows.transpose();
+  evidence_ += (w * dv) * rows;
 }
 
-void RectificationEstimator::observe_columns(double information, double evidence) {
+RectificationEstimator::Causes RectificationEstimator::causes_at(const StereoPixel& px) const {
+  Causes rows;
+  rows.head<4>() = model_at(rig_, px).vertical;
+  rows[kRows] = 1.0;
+  rows[kYaw] = (px.u_right - rig_.cx_px) * (px.v_right - rig_.cy_px) / rig_.fx_px;
+  rows[kLens] = rows_of_lens(rig_, px);
+  return rows;
+}
+
+void RectificationEstimator::observe_motion(const RigEvidence& motion) {
   if (!params_.enabled) return;
-  columns_information_ += information;
-  columns_evidence_ += information * (offset_.columns_px - params_.columns_px) + evidence;
+  const double columns_px = offset_.columns_px - params_.columns_px;
+  const double lens = offset_.lens;
+  motions_.columns_information += motion.columns_information;
+  motions_.columns_evidence +=
+      motion.columns_information * columns_px + motion.columns_evidence + motion.shared * lens;
+  motions_.lens_information += motion.lens_information;
+  motions_.lens_evidence +=
+      motion.lens_information * lens + motion.lens_evidence + motion.shared * columns_px;
+  motions_.shared += motion.shared;
 }
 
 void RectificationEstimator::end_frame() {
   if (!params_.enabled) return;
-  if (rows_information_ > 0.0) estimate_rows_and_angles();
+  if (params_.prior_lens > 0.0 && params_.prior_columns_px > 0.0) estimate_lens();
+  if (information_(kRows, kRows) > 0.0) estimate_rows_and_angles();
   if (params_.prior_columns_px > 0.0) estimate_columns();
   const double keep = 1.0 - 1.0 / params_.memory_frames;
   information_ *= keep;
   evidence_ *= keep;
-  rows_and_angles_ *= keep;
-  rows_information_ *= keep;
-  rows_evidence_ *= keep;
-  columns_information_ *= keep;
-  columns_evidence_ *= keep;
+  motions_.columns_information *= keep;
+  motions_.columns_evidence *= keep;
+  motions_.lens_information *= keep;
+  motions_.lens_evidence *= keep;
+  motions_.shared *= keep;
+}
+
+/// Two witnesses: rows, beside all else that they show (a yaw's are nearly those of a lens), and motions,
+/// beside columns. What they differ by is faked, or no lens of this kind.
+void RectificationEstimator::estimate_lens() {
+  const double angle = 1.0 / square(params_.prior_sigma_rad);
+  Normal all = information_;
+  for (int k = 0; k < kRows; ++k) all(k, k) += angle;
+  all(kRows, kRows) += 1.0 / square(params_.prior_rows_px);
+  all(kYaw, kYaw) += angle;
+  all(kLens, kLens) += 1.0 / square(params_.prior_lens);
+  const double of_rows = Eigen::LDLT<Normal>(all).solve(evidence_)[kLens];
+  const double columns = columns_information();
+  const double information =
+      motions_.lens_information - square(motions_.shared) / columns + 1.0 / square(params_.prior_lens);
+  const double lens =
+      (motions_.lens_evidence - motions_.shared * motions_.columns_evidence / columns) / information;
+  const bool absurd = !(std::fabs(lens) <= 3.0 * params_.prior_lens);
+  const double faked2 = square(params_.least_lens) + square(of_rows - lens) + 4.0 / information;
+  offset_.lens = absurd ? 0.0 : beyond(lens, faked2);
 }
 
 /// Where images lie on the same rows on the average, the four angles alone; else rows and angles together,
 /// with no more evidence than the mean of any number of matches is worth. Between the two, shares of both.
 void RectificationEstimator::estimate_rows_and_angles() {
   const double prior = 1.0 / square(params_.prior_sigma_rad);
-  const Matrix4 alone = information_ + Matrix4::Identity() * prior;
-  angles_ = Eigen::LDLT<Matrix4>(alone).solve(evidence_);
+  const double rows_information = information_(kRows, kRows);
+  const Matrix4 of_angles = information_.topLeftCorner<4, 4>();
+  const Causes evidence = evidence_ - information_.col(kLens) * offset_.lens;
+  const Matrix4 alone = of_angles + Matrix4::Identity() * prior;
+  const Angles angles_evidence = evidence.head<4>();
+  angles_ = Eigen::LDLT<Matrix4>(alone).solve(angles_evidence);
   offset_.rows_px = 0.0;
-  const double mean_px = rows_evidence_ / rows_information_;
+  const double mean_px = evidence[kRows] / rows_information;
   const double share = beyond(mean_px, square(params_.least_rows_px)) / mean_px;
   if (!(share > 0.0)) return;
-  const double worth = 1.0 / (1.0 + rows_information_ * square(params_.common_px));
-  const Matrix4 with_rows = information_ * worth + Matrix4::Identity() * prior;
+  const double worth = 1.0 / (1.0 + rows_information * square(params_.common_px));
+  const Matrix4 with_rows = of_angles * worth + Matrix4::Identity() * prior;
   const Eigen::LDLT<Matrix4> ldlt(with_rows);
-  const Angles shared = rows_and_angles_ * worth;
+  const Angles shared = information_.col(kRows).head<4>() * worth;
   const Angles moved = ldlt.solve(shared);
   const double information =
-      rows_information_ * worth + 1.0 / square(params_.prior_rows_px) - moved.dot(shared);
-  const double rows_px = (rows_evidence_ * worth - moved.dot(evidence_) * worth) / information;
-  const Angles rest = evidence_ * worth - shared * rows_px;
+      rows_information * worth + 1.0 / square(params_.prior_rows_px) - moved.dot(shared);
+  const double rows_px = (evidence[kRows] * worth - moved.dot(angles_evidence) * worth) / information;
+  const Angles rest = angles_evidence * worth - shared * rows_px;
   const Angles angles = ldlt.solve(rest);
   offset_.rows_px = share * rows_px;
   angles_ += share * (angles - angles_);
 }
 
+double RectificationEstimator::columns_information() const {
+  return motions_.columns_information + 1.0 / square(params_.prior_columns_px);
+}
+
 void RectificationEstimator::estimate_columns() {
-  const double information = columns_information_ + 1.0 / square(params_.prior_columns_px);
-  const double columns_px = columns_evidence_ / information;
-  // Of a lens that nobody told of, say: no offset of a rig.
+  const double information = columns_information();
+  const double columns_px = (motions_.columns_evidence - motions_.shared * offset_.lens) / information;
+  // No offset of a rig.
   const bool absurd = !(std::fabs(columns_px) <= 3.0 * params_.prior_columns_px);
   const double counts = beyond(columns_px, square(params_.least_columns_px) + 4.0 / information);
   offset_.columns_px = params_.columns_px + (absurd ? 0.0 : counts);
@@ -113,8 +165,8 @@ void RectificationEstimator::estimate_columns() {
 
 StereoPixel RectificationEstimator::correct(const StereoPixel& measured) const {
   if (!params_.enabled) return measured;
-  const Model m = model_at(rig_, measured);
-  StereoPixel px = measured;
+  StereoPixel px = without_lens(rig_, offset_.lens, measured);
+  const Model m = model_at(rig_, px);
   px.u_right -= offset_.columns_px + m.horizontal.dot(angles_);
   px.v_right -= offset_.rows_px + m.vertical.dot(angles_);
   return px;

@@ -154,6 +154,46 @@ void test_preconditions_assert(void**) {
   assert_true(test::asserts([] { triangulate(rig, {10.0, 5.0, 11.0, 5.0}); }));
 }
 
+/// Without a lens all is as it was, to the bit; with one it is moved along the ray from the principal point,
+/// and back by the inverse.
+void test_lens(void**) {
+  StereoRig rig;
+  rig.width_px = 512;
+  rig.height_px = 384;
+  rig.fx_px = 394.2;
+  rig.fy_px = 390.1;
+  rig.cx_px = 255.3;
+  rig.cy_px = 191.7;
+  rig.baseline_m = 0.12;
+  for (const double lens : {-0.3, -0.02, 0.0, 0.02, 0.1}) {
+    for (int k = 0; k < 40; ++k) {
+      const double u = 12.7 * k;
+      const double v = 9.6 * k;
+      const StereoPixel ideal = {u, v, 500.0 - u, 0.9 * v};
+      const StereoPixel seen = with_lens(rig, lens, ideal);
+      const StereoPixel back = without_lens(rig, lens, seen);
+      assert_near(back.u_left, ideal.u_left, lens == 0.0 ? 0.0 : 1e-9);
+      assert_near(back.v_left, ideal.v_left, lens == 0.0 ? 0.0 : 1e-9);
+      assert_near(back.u_right, ideal.u_right, lens == 0.0 ? 0.0 : 1e-9);
+      assert_near(back.v_right, ideal.v_right, lens == 0.0 ? 0.0 : 1e-9);
+      const double x = (u - rig.cx_px) / rig.fx_px;
+      const double y = (v - rig.cy_px) / rig.fy_px;
+      const double xd = (seen.u_left - rig.cx_px) / rig.fx_px;
+      const double yd = (seen.v_left - rig.cy_px) / rig.fy_px;
+      assert_near(x * yd - y * xd, 0.0, 1e-12);
+      assert_near(xd, x * (1.0 + lens * (xd * xd + yd * yd)), 1e-12);
+      if (lens < 0.0) assert_true(xd * xd + yd * yd <= x * x + y * y);  // a barrel
+    }
+  }
+  const ImageOffset offset = {0.75, -1.5, -0.02};
+  const StereoPixel ideal = {400.0, 40.0, 370.0, 40.0};
+  const StereoPixel back = to_ideal(rig, offset, to_seen(rig, offset, ideal));
+  assert_near(back.u_right, ideal.u_right, 1e-9);
+  assert_near(back.v_right, ideal.v_right, 1e-9);
+  assert_near(to_seen(rig, {0.75, -1.5}, ideal).v_right, 40.75, 0.0);
+  assert_near(to_seen(rig, {0.75, -1.5}, ideal).u_right, 368.5, 0.0);
+}
+
 }  // namespace
 
 int main() {
@@ -163,6 +203,7 @@ int main() {
       cmocka_unit_test(test_sampson),
       cmocka_unit_test(test_mast_by_hand),
       cmocka_unit_test(test_mast_agrees_with_the_sample),
+      cmocka_unit_test(test_lens),
       cmocka_unit_test(test_validity_corners),
       cmocka_unit_test(test_preconditions_assert),
   };

@@ -212,20 +212,30 @@ void test_rows_are_not_looked_for_for_good(void**) {
   }
 }
 
-void test_lengthened_disparities(void**) {
+/// An estimate that changes once the frame is whole moves its points with it.
+void test_points_move_with_the_estimate(void**) {
   begin();
   assert_status(run(), StereoStatus::kPoints);
   const Vec3 plane = frame.plane;
   const std::size_t valid = frame.valid_points;
   std::size_t one = 0;
   while (!frame.points[one].valid) ++one;
-  const double d_px = frame.points[one].d_px;
-  frame.lengthen(0.25);
-  assert_near(frame.points[one].d_px, d_px + 0.25, 1e-12);
-  assert_near(frame.points[one].keypoint.disparity_px(), d_px + 0.25, 1.0);
+  const StereoPoint point = frame.points[one];
+  RectificationEstimator other;
+  RectificationParams params;
+  other.init(params, kRig);
+  frame.correct(other, {});
+  assert_true(frame.points[one].d_px == point.d_px && frame.points[one].v_px == point.v_px);
+  params.columns_px = 0.25;
+  other.init(params, kRig);
+  frame.correct(other, {});
+  assert_near(frame.points[one].d_px, point.d_px + 0.25, 1e-12);
+  assert_near(frame.points[one].u_px, point.u_px, 0.0);
   assert_near(frame.plane[2], plane[2] + 0.25, 1e-12);
   assert_true(frame.valid_points == valid);
-  frame.lengthen(-1000.0);
+  params.columns_px = -1000.0;
+  other.init(params, kRig);
+  frame.correct(other, {});
   assert_true(frame.valid_points == 0 && !frame.points[one].valid);
 }
 
@@ -352,7 +362,7 @@ int main() {
       cmocka_unit_test(test_rectification_is_learnt_at_the_end),
       cmocka_unit_test(test_rows_are_found),
       cmocka_unit_test(test_rows_are_not_looked_for_for_good),
-      cmocka_unit_test(test_lengthened_disparities),
+      cmocka_unit_test(test_points_move_with_the_estimate),
       cmocka_unit_test(test_bad_images),
       cmocka_unit_test(test_images_without_features),
       cmocka_unit_test(test_left_and_right_swapped),

@@ -224,13 +224,44 @@ void test_columns_are_told(void**) {
       assert_status(refine.start({}, kRig, pairs, kTruth, true), MotionStatus::kRunning);
       assert_true(test::run_whole(refine));
       assert_status(refine.status(), MotionStatus::kEstimated);
-      information += refine.result().columns_information;
-      evidence += refine.result().columns_evidence;
+      information += refine.result().rig.columns_information;
+      evidence += refine.result().rig.columns_evidence;
     }
     print_message("%.1f px short: %.3f px, sigma %.3f\n", short_px, evidence / information,
                   1.0 / std::sqrt(information));
     assert_at_most(1.0 / std::sqrt(information), 0.05);
     assert_near(evidence / information, short_px, 3.0 / std::sqrt(information) + 0.25 * std::fabs(short_px));
+  }
+}
+
+/// Both cameras have a lens that nobody told: motions tell how strong it is, beside columns, which it fakes.
+void test_a_lens_is_told(void**) {
+  for (const double lens : {0.0, 0.01, -0.01}) {
+    Random random(34);
+    double information = 0.0;
+    double evidence = 0.0;
+    for (int draw = 0; draw < 30; ++draw) {
+      fill_pairs(300, 0.1, random);
+      for (MotionPair& pair : pairs) {
+        StereoPixel from = sampson_correct(with_lens(kRig, lens, project(kRig, pair.p_ref_m)));
+        from.u_right =
+            from.u_left - from.disparity_px() * pair.d_ref_px / project(kRig, pair.p_ref_m).disparity_px();
+        pair.d_ref_px = from.disparity_px();
+        pair.p_ref_m = triangulate(kRig, from);
+        pair.seen = sampson_correct(with_lens(kRig, lens, pair.seen));
+      }
+      assert_status(refine.start({}, kRig, pairs, kTruth, true), MotionStatus::kRunning);
+      assert_true(test::run_whole(refine));
+      assert_status(refine.status(), MotionStatus::kEstimated);
+      const RigEvidence& rig = refine.result().rig;
+      assert_at_most(rig.shared * rig.shared, rig.columns_information * rig.lens_information);
+      information += rig.lens_information - rig.shared * rig.shared / rig.columns_information;
+      evidence += rig.lens_evidence - rig.shared * rig.columns_evidence / rig.columns_information;
+    }
+    const double sigma = 1.0 / std::sqrt(information);
+    print_message("lens %.3f: %.4f, sigma %.4f\n", lens, evidence / information, sigma);
+    assert_at_most(sigma, 0.001);
+    assert_near(evidence / information, lens, 3.0 * sigma + 0.25 * std::fabs(lens));
   }
 }
 
@@ -251,8 +282,9 @@ void test_a_wall_tells_nothing_of_columns(void**) {
     assert_status(refine.start({}, kRig, pairs, sideways, true), MotionStatus::kRunning);
     assert_true(test::run_whole(refine));
     assert_status(refine.status(), MotionStatus::kEstimated);
-    assert_near(refine.result().columns_information, 0.0, 0.0);
-    assert_near(refine.result().columns_evidence, 0.0, 0.0);
+    assert_near(refine.result().rig.columns_information, 0.0, 0.0);
+    assert_near(refine.result().rig.columns_evidence, 0.0, 0.0);
+    assert_near(refine.result().rig.lens_information, 0.0, 0.0);
   }
 }
 
@@ -562,6 +594,7 @@ int main() {
       cmocka_unit_test(test_covariance_against_monte_carlo),
       cmocka_unit_test(test_refined_beats_absolute_orientation),
       cmocka_unit_test(test_columns_are_told),
+      cmocka_unit_test(test_a_lens_is_told),
       cmocka_unit_test(test_a_wall_tells_nothing_of_columns),
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_too_few_pairs),

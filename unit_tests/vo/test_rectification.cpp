@@ -274,12 +274,76 @@ void test_pitch_among_rows(void**) {
   }
 }
 
+/// What a rig of this lens sees, its cameras turned by the angles; motions tell of `told`, and of columns
+/// that such a lens fakes where it is not taken off.
+void observe_lens(RectificationEstimator& estimator, double lens, double told, const Angles& angles,
+                  int frames, Random& random) {
+  for (int k = 0; k < frames; ++k) {
+    for (int i = 0; i < 300; ++i) {
+      StereoPixel px = with_lens(kRig, lens, see(random_point(random), angles));
+      px.v_right += 0.1 * test::normal(random);
+      estimator.observe(px);
+    }
+    const double missing = told - estimator.offset().lens;
+    RigEvidence motion;
+    motion.columns_information = 100.0;
+    motion.lens_information = 1.0e6;
+    motion.shared = 5.0e3;
+    motion.columns_evidence = motion.shared * missing - 100.0 * estimator.offset().columns_px;
+    motion.lens_evidence = motion.lens_information * missing - motion.shared * estimator.offset().columns_px;
+    estimator.observe_motion(motion);
+    estimator.end_frame();
+  }
+}
+
+/// A lens that rows and motions tell is taken off, beside angles, and makes no columns.
+void test_lens(void**) {
+  for (const Angles& angles : {angles_of(0.0, 0.0, 0.0, 0.0), angles_of(0.5e-3, -0.8e-3, 0.6e-3, 0.8e-3)}) {
+    for (const double lens : {-0.05, -0.02, 0.02, 0.05}) {
+      RectificationEstimator estimator;
+      estimator.init({}, kRig);
+      Random random(14);
+      observe_lens(estimator, lens, lens, angles, 60, random);
+      assert_near(estimator.offset().lens, lens, 0.0016);  // the garrote's t^2/x, 0.0005, and what rows doubt
+      assert_near(estimator.offset().columns_px, 0.0, 0.05);
+      for (int i = 0; i < 500; ++i) {
+        const Vec3 p = random_point(random);
+        const StereoPixel ideal = project(kRig, p);
+        const StereoPixel px = estimator.correct(with_lens(kRig, lens, see(p, angles)));
+        assert_near(px.u_left, ideal.u_left, 0.5);  // 10 px in the corners where the lens is 0.05
+        assert_near(px.v_left, ideal.v_left, 0.4);
+        assert_near(px.v_right, px.v_left, 0.12);
+        assert_near(px.disparity_px(), ideal.disparity_px(), 0.3);
+      }
+    }
+  }
+}
+
+/// Zero to the bit: what a perfect rig fakes, what rows or motions tell alone or against each other, more
+/// than is believed of what nobody told.
+void test_a_lens_of_one_witness_is_none(void**) {
+  const RectificationParams params;
+  const double little = 0.8 * params.least_lens;
+  const double absurd = 3.2 * params.prior_lens;
+  const double cases[][2] = {{little, little}, {0.02, 0.0}, {0.0, 0.02}, {-0.02, 0.02}, {absurd, absurd}};
+  for (const auto& [rows, motions] : cases) {
+    RectificationEstimator estimator;
+    estimator.init(params, kRig);
+    Random random(15);
+    observe_lens(estimator, rows, motions, Angles::Zero(), 20, random);
+    assert_near(estimator.offset().lens, 0.0, 0.0);
+  }
+}
+
 /// Each frame asks for what is missing: it converges on the truth, from a mean that was told, too.
 double columns_after(const RectificationParams& params, double truth_px) {
   RectificationEstimator estimator;
   estimator.init(params, kRig);
   for (int k = 0; k < 200; ++k) {
-    estimator.observe_columns(50.0, 50.0 * (truth_px - estimator.offset().columns_px));
+    RigEvidence motion;
+    motion.columns_information = 50.0;
+    motion.columns_evidence = 50.0 * (truth_px - estimator.offset().columns_px);
+    estimator.observe_motion(motion);
     estimator.end_frame();
   }
   return estimator.offset().columns_px;
@@ -302,7 +366,10 @@ void test_columns(void**) {
 void test_uncertain_columns_are_none(void**) {
   RectificationEstimator estimator;
   estimator.init({}, kRig);
-  estimator.observe_columns(12.0, 12.0 * 0.4);  // 0.3 px, sigma 0.25
+  RigEvidence motion;
+  motion.columns_information = 12.0;
+  motion.columns_evidence = 12.0 * 0.4;  // 0.3 px, sigma 0.25
+  estimator.observe_motion(motion);
   estimator.end_frame();
   assert_near(estimator.offset().columns_px, 0.0, 0.0);
 }
@@ -351,6 +418,8 @@ int main() {
       cmocka_unit_test(test_few_rows_are_none),
       cmocka_unit_test(test_common_errors_are_little_evidence),
       cmocka_unit_test(test_pitch_among_rows),
+      cmocka_unit_test(test_lens),
+      cmocka_unit_test(test_a_lens_of_one_witness_is_none),
       cmocka_unit_test(test_columns),
       cmocka_unit_test(test_uncertain_columns_are_none),
       cmocka_unit_test(test_old_evidence_fades),
