@@ -321,6 +321,14 @@ void tell_reversed_sun(const BuildOptions& options, const TileInput& input) {
   if (input.detection.method != cmap::Method::kShadow || sun_is_asked(options)) return;
   const SunCheck seen = check_sun(*input.source->reader(), input.source->facts(), input.detection.sun);
   if (!seen.looks_reversed()) return;
+  if (seen.hollows_are_reversed()) {
+    fmt::print(stderr,
+               "cairn: warning: {}: craters fit better the other way round ({} hollows and boulders against "
+               "{}), and would be read as boulders: is the azimuth where shadows point? It leads towards the "
+               "sun; try one turned by 180 degrees\n",
+               options.ortho.string(), seen.opposite_finds, seen.finds);
+    return;
+  }
   fmt::print(
       stderr,
       "cairn: warning: {}: bodies and shadows fit better the other way round ({} boulders against {}, {} "

@@ -218,7 +218,14 @@ bool clearly_more(int these, int those) {
 
 }  // namespace
 
+bool SunCheck::hollows_are_reversed() const {
+  const double more = opposite_finds - finds;
+  return 20 * opposite < opposite_finds && 4 * opposite_finds > 5 * finds &&
+         more > 4.0 * std::sqrt(static_cast<double>(finds + opposite_finds));
+}
+
 bool SunCheck::looks_reversed() const {
+  if (hollows_are_reversed()) return true;
   const double more = finds - opposite_finds;
   if (10 * finds > 11 * opposite_finds && more > 1.5 * std::sqrt(static_cast<double>(finds + opposite_finds)))
     return false;

@@ -12,7 +12,8 @@ namespace cairn::ground {
 /// darker. A boulder throws its shadow away from the sun, so that its body is on the sun's side.
 /// Hollows read like boulders under the opposite sun, and boulders like hollows, though less well: nothing is
 /// said where boulders and hollows together are clearly more with the sun as told (a tenth, and 1.5 standard
-/// deviations). On ground of sharp craters the wrong thing may still be said where they are not.
+/// deviations). On ground of craters the opposite sun turns bowls into bodies, so that boulders are no
+/// witness: there the finds are. On ground of sharp craters the wrong thing may still be said.
 struct SunCheck {
   int boulders = 0;  ///< of confidence 0.8 and more with the sun as told
   int opposite = 0;  ///< and with the opposite one
@@ -21,8 +22,11 @@ struct SunCheck {
   int towards = 0;  ///< dark spots with a body towards the sun
   int away = 0;     ///< and with one away from it
 
-  /// By the first witness that is clear: more than 1.5 times as many the wrong way as the right one, and 2.5
-  /// standard deviations of a fair coin.
+  /// Ground of craters with the sun told the wrong way round: with the opposite one clearly more is found (a
+  /// quarter, and 4 standard deviations), and of it less than a twentieth are boulders.
+  bool hollows_are_reversed() const;
+  /// Or hollows_are_reversed(). By the first witness that is clear: more than 1.5 times as many the wrong way
+  /// as the right one, and 2.5 standard deviations of a fair coin.
   bool looks_reversed() const;
 };
 

@@ -80,6 +80,20 @@ void test_no_boulders_no_opinion(void**) {
   assert_false(check_at(0.0).looks_reversed());
 }
 
+// Of ground of craters less is found under the opposite sun, which turns bowls into bodies; counts as found.
+void test_ground_of_craters(void**) {
+  const auto seen = [](int boulders, int opposite, int finds, int opposite_finds) {
+    return SunCheck{boulders, opposite, finds, opposite_finds, 21, 214};
+  };
+  // A tile of real lunar ground, and a rendered field.
+  assert_true(seen(151, 1, 446, 739).looks_reversed());
+  assert_false(seen(1, 151, 739, 446).looks_reversed());
+  assert_true(seen(12, 0, 184, 290).looks_reversed());
+  // Few boulders on slopes and ripples, the sun told right.
+  assert_false(seen(31, 14, 87, 134).hollows_are_reversed());
+  assert_false(seen(8, 0, 202, 248).hollows_are_reversed());
+}
+
 // The direction comes out of the image, and how sure it is. On bare ground it is not.
 void test_sun_by_the_image(void**) {
   const auto guess_of = [](double elevation_rad) {
@@ -116,6 +130,7 @@ int main() {
       cmocka_unit_test(test_both_ways),
       cmocka_unit_test(test_rocks_darker_than_the_ground),
       cmocka_unit_test(test_no_boulders_no_opinion),
+      cmocka_unit_test(test_ground_of_craters),
       cmocka_unit_test(test_sun_by_the_image),
   };
   return cmocka_run_group_tests_name("ground_tools/detect/sun_check", tests, nullptr, nullptr);
