@@ -257,6 +257,10 @@ void PoseFusion::snapshot() {
 }
 
 FusionResult PoseFusion::update(const FixOffset& fix, double fresh) {
+  return fuse(fix, fresh, params_.gate_chi2);
+}
+
+FusionResult PoseFusion::fuse(const FixOffset& fix, double fresh, double gate_chi2) {
   FusionResult refused;
   if (!is_usable(fix) || !(fresh > 0.0 && fresh <= 1.0)) return refused;
   const Mat3 R = fix.covariance / fresh;
@@ -264,7 +268,7 @@ FusionResult PoseFusion::update(const FixOffset& fix, double fresh) {
   const double chi2 = u.chi2;
   refused.status = FusionStatus::kInconsistent;
   refused.chi2 = chi2;
-  if (!(chi2 <= params_.gate_chi2)) return refused;
+  if (!(chi2 <= gate_chi2)) return refused;
   if (chi2 > params_.surprise_chi2) {
     const double wider = std::sqrt(chi2 / params_.surprise_chi2);
     for (int i = 0; i < 8; ++i) {
@@ -279,15 +283,12 @@ FusionResult PoseFusion::update(const FixOffset& fix, double fresh) {
 
 FusionResult PoseFusion::prove(const FixOffset& fix) {
   if (!is_usable(fix)) return {};
-  ErrorCovariance P = snapshot_P_;
   for (int i = 0; i < 3; ++i) {
-    const double least = 0.5 * (fix.covariance(i, i) + P(5 + i, 5 + i));
-    if (P(i, i) < least) P(i, i) = least;
+    const double least = 0.5 * (fix.covariance(i, i) + snapshot_P_(5 + i, 5 + i));
+    if (snapshot_P_(i, i) < least) snapshot_P_(i, i) = least;
   }
-  if (updated(P, fix.offset, fix.covariance).chi2 <= params_.claim_chi2) {
-    snapshot_P_ = P;
-    return update(fix, 1.0);
-  }
+  const FusionResult agreed = fuse(fix, 1.0, params_.claim_chi2);
+  if (agreed.status != FusionStatus::kInconsistent) return agreed;
   rates_before_fix_ = rates_;
   return relocate(fix);
 }

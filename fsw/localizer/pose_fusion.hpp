@@ -191,6 +191,7 @@ class PoseFusion {
   };
   double hidden_variance_m2() const;
   double hidden_variance_rad2() const;
+  FusionResult fuse(const FixOffset& fix, double fresh, double gate_chi2);
   FusionResult take(const ErrorUpdate& update, bool with_rates);
   void correct_rates(const ErrorVector& e);
 
