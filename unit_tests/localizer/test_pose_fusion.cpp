@@ -926,7 +926,6 @@ void test_relocation(void**) {
   assert_at_least(fusion.sigma_yaw_rad(), std::hypot(yaw, 10.0 * p.sigma_turn_rad_per_m));
 }
 
-/// The steps since the snapshot are on top.
 /// Whatever the start claimed and however far off it was: what the first fix leaves is within the sigmas that
 /// the claim had to agree in, about where the fix is; and it counted twice as much at most.
 void test_a_false_claim_stays_within_its_sigmas(void**) {
@@ -990,6 +989,19 @@ void test_a_claim_that_agrees_counts(void**) {
   assert_near(fusion.sigma_xy_m(), 0.05, 1e-12);
 }
 
+/// What was hidden before a fix adds nothing to what is hidden after it.
+void test_a_fix_ends_a_run(void**) {
+  const FusionParams p;
+  PoseFusion fusion;
+  fusion.init(p, 0.05, 0.01);
+  fusion.doubt(1.0, 0.2);
+  assert_status(fuse(fusion, Vec3(0.5, 0.0, 0.0), diagonal(0.02, 0.004)).status, FusionStatus::kFused);
+  const double before = fusion.covariance()(0, 0);
+  fusion.hold(1);
+  assert_near(fusion.covariance()(0, 0) - before, p.unseen_step_m * p.unseen_step_m, 1e-12);
+}
+
+/// The steps since the snapshot are on top.
 void test_late_relocation(void**) {
   const FusionParams p;
   PoseFusion fusion;
@@ -1070,6 +1082,7 @@ int main() {
       cmocka_unit_test(test_relocation),
       cmocka_unit_test(test_a_false_claim_stays_within_its_sigmas),
       cmocka_unit_test(test_a_claim_that_agrees_counts),
+      cmocka_unit_test(test_a_fix_ends_a_run),
       cmocka_unit_test(test_late_relocation),
       cmocka_unit_test(test_another_map_has_its_own_error),
   };
