@@ -602,7 +602,10 @@ MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
 bool Localizer::next_stage() {
   if (fix_stage_ == FixStage::kSearch && trust_.unproven() && !fix_.lost &&
       may_lie_farther(map_fix_.status())) {
-    fix_.hypotheses += map_fix_.result().hypotheses;
+    const MapFixResult& claimed = map_fix_.result();
+    fix_.hypotheses += claimed.hypotheses;
+    // What is found farther away says nothing for the claim: this is what speaks against it.
+    if (claimed.verdict.log_ratio < 0.0) against_nats_ += claimed.verdict.log_ratio;
     (void)start_stage(FixStage::kDoubt, map_fix_.local());
     return true;
   }
@@ -725,7 +728,7 @@ FixStatus Localizer::take_map_fix() {
   carry_on(status);
   if (map_fix_.status() == MapFixStatus::kViewDisagrees) slipped();
   TrustEvent event = trust_event(status, result.proof_expected);
-  const bool refuted = against_nats_ <= -kRefuted;  // and this one looked in the whole map
+  const bool refuted = fix_.lost && against_nats_ <= -kRefuted;  // and this one looked in the whole map
   weigh_against(status);
   const bool declined = event == TrustEvent::kFixUndecided || event == TrustEvent::kFixDeclined;
   if (declined && refuted) event = TrustEvent::kFixRefuted;
@@ -740,7 +743,7 @@ FixStatus Localizer::take_map_fix() {
 void Localizer::weigh_against(FixStatus status) {
   if (status == FixStatus::kApplied || fix_.lost) {
     against_nats_ = 0.0;
-  } else if (fix_.log_ratio < 0.0) {
+  } else if (fix_.log_ratio < 0.0 && fix_stage_ != FixStage::kDoubt) {
     against_nats_ += fix_.log_ratio;
   }
 }
