@@ -37,11 +37,11 @@ struct Mission {
   int max_map_window_boulders = 4096;    ///< orbital boulders near the rover
   int max_local_boulders = 256;          ///< ground boulders in the sliding window
   int max_wide_map_boulders = 16384;     ///< of the map, where a lost rover is looked for
-  int occupancy_bits = 8 * 1024 * 1024;  ///< raster of the same
+  int occupancy_bits = 4 * 1024 * 1024;  ///< raster of the same
   int max_map_chunks = 4096;             ///< of one uplinked map (orbital_map/map_transfer.hpp)
 
   // Budgets of memory; `make check` holds each target's library to them.
-  int root_max_bytes = 8 * 1024 * 1024;  ///< all static memory of the flight module
+  int root_max_bytes = 5 * 1024 * 1024;  ///< all static memory of the flight module
   int code_max_bytes = 384 * 1024;       ///< its code and constants
   int stack_max_bytes = 16 * 1024;       ///< of the deepest chain of calls from any function of it
 

@@ -539,7 +539,7 @@ void Localizer::begin_fix() {
 }
 
 void Localizer::begin_registration() {
-  map_window_.clear();
+  map_fix_.lend_window().clear();
   const WindowStatus window = map_reader_.start(map_, fix_pivot_map_m_, params_.map_window_radius_m);
   reading_ = window == WindowStatus::kUsable;
   if (reading_) return;
@@ -549,10 +549,11 @@ void Localizer::begin_registration() {
 /// Up to its end, or until no more boulders fit.
 Progress Localizer::read_window(WorkBudget& budget) {
   MapReader::Chunk chunk;
+  MapBoulders& window = map_fix_.lend_window();
   for (;;) {
     const Progress progress = map_reader_.step(budget, chunk);
     for (const MapBoulder& b : chunk) {
-      if (!map_window_.push_back(b)) fix_.map_window_full = true;
+      if (!window.push_back(b)) fix_.map_window_full = true;
     }
     if (progress == Progress::kDone || fix_.map_window_full) break;
     if (chunk.empty()) return Progress::kMore;
@@ -563,8 +564,9 @@ Progress Localizer::read_window(WorkBudget& budget) {
 }
 
 void Localizer::window_read() {
-  fix_.map_boulders = static_cast<std::uint16_t>(map_window_.size());
-  const IcpStatus status = icp_.start(params_.icp, map_window_, local_map_, T_map_site_, fix_pivot_site_m_);
+  const MapBoulders& window = map_fix_.lend_window();
+  fix_.map_boulders = static_cast<std::uint16_t>(window.size());
+  const IcpStatus status = icp_.start(params_.icp, window, local_map_, T_map_site_, fix_pivot_site_m_);
   if (status != IcpStatus::kRunning) finish_fix(fix_status(status));
 }
 

@@ -373,8 +373,7 @@ class Localizer {
   double way_m_ = 0.0;           ///< driven since the start pose, as VO has it
   double surveyed_way_m_ = 0.0;  ///< at the last survey of the relief
   LocalMap local_map_;
-  MapReader map_reader_;  ///< of the paper's registration, as is the window
-  MapBoulders map_window_;
+  MapReader map_reader_;  ///< of the paper's registration; its window is map_fix_'s
   bool reading_ = false;  ///< the window: ICP has not begun
   IcpJob icp_;
   MapFix map_fix_;

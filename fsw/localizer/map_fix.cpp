@@ -117,7 +117,8 @@ MapFixStatus MapFix::relocate(const SearchRegion& region) {
   phase_ = Phase::kRelocate;
   const RelocationParams params{params_.lost, params_.search.evidence, params_.search.verdict,
                                 params_.search.scale_sigma};
-  return status_ = status_of(relocation_.start(params, map_, local_, pivot_site_m_, region));
+  const Relocation::Room room{window_, search_.lend_ground()};
+  return status_ = status_of(relocation_.start(params, map_, local_, pivot_site_m_, region, room));
 }
 
 MapFixStatus MapFix::look_widely() {

@@ -96,6 +96,11 @@ class MapFix {
   const LocalMap& local() const { return local_; }  ///< that of the last start
   /// The fix that runs or ran last looks for the pose without the prior's help.
   bool lost() const { return phase_ == Phase::kRelocate; }
+  /// Room for a window of the map, lent to other work until the next start: a fix that is under way ends.
+  MapBoulders& lend_window() {
+    status_ = MapFixStatus::kIdle;
+    return window_;
+  }
 
  private:
   enum class Phase : std::uint8_t { kWindow, kLay, kSearch, kRelocate };

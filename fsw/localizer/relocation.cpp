@@ -20,12 +20,14 @@ double whole_map_radius(const OrbitalMap& map) { return map.extent_m().norm() + 
 
 RelocationStatus Relocation::start(const RelocationParams& params, const OrbitalMap& map,
                                    const LocalMap& local, const Vec2& pivot_site_m,
-                                   const SearchRegion& region) {
+                                   const SearchRegion& region, const Room& room) {
   params_ = params;
   map_ = map;
   local_ = local;
   pivot_site_m_ = pivot_site_m;
   region_ = region;
+  window_ = &room.window;
+  ground_ = &room.ground;
   result_ = {};
   weighed_.clear();
   hit_ = 0;
@@ -78,16 +80,16 @@ Progress Relocation::step(WorkBudget& budget) {
         break;
       case Phase::kWindow:
         progress = reader_.step(budget, chunk);
-        for (const MapBoulder& b : chunk) window_full_ = !window_.push_back(b) || window_full_;
+        for (const MapBoulder& b : chunk) window_full_ = !window_->push_back(b) || window_full_;
         if (progress == Progress::kMore && chunk.empty()) return Progress::kMore;
         if (progress == Progress::kDone) phase_ = Phase::kLay;
         break;
       case Phase::kLay:
-        if (!budget.take(BoulderGrid::start_ops(window_.size()))) return Progress::kMore;
+        if (!budget.take(BoulderGrid::start_ops(window_->size()))) return Progress::kMore;
         begin_ground();
         break;
       case Phase::kGround:
-        if (ground_.step(budget) == Progress::kMore) return Progress::kMore;
+        if (ground_->step(budget) == Progress::kMore) return Progress::kMore;
         phase_ = Phase::kSight;
         sightings_.clear();
         sighted_ = 0;
@@ -124,7 +126,7 @@ void Relocation::begin_window() {
   }
   window_centre_m_ = search_.hits()[hit_].T_map_site * pivot_site_m_;
   window_radius_m_ = reach_m_ + kMarginM;
-  window_.clear();
+  window_->clear();
   window_full_ = false;
   const bool read = reader_.start(map_, window_centre_m_, window_radius_m_) == WindowStatus::kUsable;
   CAIRN_ASSERT(read);  // the map is usable, the search's poses are finite
@@ -132,9 +134,9 @@ void Relocation::begin_window() {
 }
 
 void Relocation::begin_ground() {
-  const GridStatus ground =
-      ground_.start(window_, window_centre_m_, window_radius_m_, kGateSigmas * params_.evidence.sigma_pair_m,
-                    kCrowdSigmas * params_.evidence.sigma_pair_m);
+  const GridStatus ground = ground_->start(*window_, window_centre_m_, window_radius_m_,
+                                           kGateSigmas * params_.evidence.sigma_pair_m,
+                                           kCrowdSigmas * params_.evidence.sigma_pair_m);
   phase_ = Phase::kGround;
   // What cannot be weighed is no evidence for anything.
   if (window_full_ || ground != GridStatus::kRunning) next_hit();
@@ -142,7 +144,7 @@ void Relocation::begin_ground() {
 
 /// Local boulders as evidence, one at a time; then the pose is weighed.
 void Relocation::sight_next() {
-  const Sighted sighted = sight(params_.evidence, ground_, local_, sighted_, pivot_site_m_, sightings_);
+  const Sighted sighted = sight(params_.evidence, *ground_, local_, sighted_, pivot_site_m_, sightings_);
   if (sighted == Sighted::kBad) {
     status_ = RelocationStatus::kBadInput;
     return;
@@ -152,7 +154,7 @@ void Relocation::sight_next() {
   const double area = region_.anywhere ? wide_map_.area_m2() : kPi * region_.radius_m * region_.radius_m;
   prior_ = flat_prior(hypothesis, area, 2.0 * region_.half_sector_rad);
   phase_ = Phase::kWeigh;
-  if (evidence_.start(params_.evidence, ground_, sightings_, prior_, hypothesis) !=
+  if (evidence_.start(params_.evidence, *ground_, sightings_, prior_, hypothesis) !=
       EvidenceStatus::kRunning) {
     next_hit();
   }

@@ -58,9 +58,14 @@ struct RelocationResult {
 
 class Relocation {
  public:
+  /// Room that other searches use too: borrowed from start() until done, whatever it holds.
+  struct Room {
+    MapBoulders& window;
+    Ground& ground;
+  };
   /// `map`'s bytes are borrowed until done; the local map is copied.
   RelocationStatus start(const RelocationParams& params, const OrbitalMap& map, const LocalMap& local,
-                         const Vec2& pivot_site_m, const SearchRegion& region);
+                         const Vec2& pivot_site_m, const SearchRegion& region, const Room& room);
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
   RelocationStatus status() const { return status_; }
   const RelocationResult& result() const { return result_; }
@@ -90,11 +95,11 @@ class Relocation {
   WideMap wide_map_;
   LostSearch search_;
   std::size_t hit_ = 0;
-  MapBoulders window_;
+  MapBoulders* window_ = nullptr;  ///< borrowed, as is ground_
   Vec2 window_centre_m_ = Vec2(0.0, 0.0);
   double window_radius_m_ = 0.0;
   bool window_full_ = false;
-  Ground ground_;
+  Ground* ground_ = nullptr;
   Sightings sightings_;
   std::size_t sighted_ = 0;  ///< local boulders looked at
   PosePrior prior_;

@@ -108,6 +108,11 @@ class PoseSearchJob {
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
   SearchStatus status() const { return status_; }
   const SearchResult& result() const { return result_; }
+  /// Lent to other work until the next start(): a search that is under way ends.
+  Ground& lend_ground() {
+    status_ = SearchStatus::kIdle;
+    return ground_;
+  }
 
  private:
   static constexpr std::size_t kInside = 16;

@@ -383,6 +383,36 @@ void test_slices_give_the_same(void**) {
   }
 }
 
+/// A fix that was left anywhere on its way, tracked or lost, leaves nothing behind: the next one, which uses
+/// its window and its ground, is as the first.
+void test_one_left_unfinished_leaves_nothing(void**) {
+  lay(15);
+  const Pose2 from = about_rover(kTruth.yaw_rad + 0.05, Vec2(0.1, 0.1));
+  const auto begin = [&](bool whole_map) {
+    return whole_map ? job.start_lost({}, flight_map.map, local_map, from, kPivot, {})
+                     : job.start_tracked({}, flight_map.map, local_map, from, kPivot, covariance(0.2, 0.05));
+  };
+  MapFixResult whole[2];
+  for (const bool whole_map : {false, true}) {
+    assert_status(begin(whole_map), MapFixStatus::kRunning);
+    assert_true(run_whole(job));
+    assert_status(job.status(), MapFixStatus::kAccepted);
+    whole[whole_map ? 1 : 0] = job.result();
+  }
+  for (const std::uint32_t operations : {2'000U, 20'000U, 60'000U, 200'000U, 1'000'000U}) {
+    for (const int pair : {0, 1, 2, 3}) {
+      const bool left_lost = pair >= 2;
+      const bool next_lost = pair % 2 == 1;
+      assert_status(begin(left_lost), MapFixStatus::kRunning);
+      WorkBudget some(operations);
+      static_cast<void>(job.step(some));
+      assert_status(begin(next_lost), MapFixStatus::kRunning);
+      assert_true(run_whole(job));
+      assert_true(same(job.result(), whole[next_lost ? 1 : 0]));
+    }
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -400,6 +430,7 @@ int main() {
       cmocka_unit_test(test_other_ground),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_slices_give_the_same),
+      cmocka_unit_test(test_one_left_unfinished_leaves_nothing),
   };
   return cmocka_run_group_tests_name("integration/map_fix", tests, nullptr, nullptr);
 }
