@@ -600,17 +600,30 @@ MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
   return map_fix_.start_tracked(params, map_, local, T_map_site_, fix_pivot_site_m_, prior);
 }
 
+/// After a search about the pose that found nothing. Fixes whose boulders are likelier unrelated to the map
+/// than on it speak against the pose, and add up. A search of the whole map settles it: it finds the pose, or
+/// there is nothing to be found and the count begins anew. Of a claim the first search speaks: what is found
+/// beyond the claim says nothing for it.
+bool Localizer::look_farther() {
+  const MapFixResult& result = map_fix_.result();
+  const bool claim = fix_stage_ == FixStage::kSearch && trust_.unproven();
+  if (fix_stage_ == FixStage::kSearch && result.verdict.log_ratio < 0.0)
+    against_nats_ += result.verdict.log_ratio;
+  if (!claim && against_nats_ > -kRefuted) return false;
+  fix_.hypotheses += result.hypotheses;
+  if (!claim) {
+    fix_.lost = true;
+    fix_odds_ = 0.0;
+    trust_.on(TrustEvent::kFixRefuted);
+  }
+  (void)start_stage(claim ? FixStage::kDoubt : FixStage::kAnywhere, map_fix_.local());
+  return true;
+}
+
 /// Once a stage is done; false after the last one.
 bool Localizer::next_stage() {
-  if (fix_stage_ == FixStage::kSearch && trust_.unproven() && !fix_.lost &&
-      may_lie_farther(map_fix_.status())) {
-    const MapFixResult& claimed = map_fix_.result();
-    fix_.hypotheses += claimed.hypotheses;
-    // What is found farther away says nothing for the claim: this is what speaks against it.
-    if (claimed.verdict.log_ratio < 0.0) against_nats_ += claimed.verdict.log_ratio;
-    (void)start_stage(FixStage::kDoubt, map_fix_.local());
-    return true;
-  }
+  const bool about = fix_stage_ == FixStage::kSearch || fix_stage_ == FixStage::kDoubt;
+  if (about && !fix_.lost && may_lie_farther(map_fix_.status())) return look_farther();
   if (fix_stage_ != FixStage::kConfirm) return false;
   const MapFixResult& window = map_fix_.result();
   fix_.hypotheses += window.hypotheses;
@@ -625,7 +638,7 @@ bool Localizer::next_stage() {
 
 /// Of the pose that the stage looks about, from the one before the fix.
 Vec3 Localizer::start_of_stage() const {
-  if (fix_stage_ == FixStage::kSearch || fix_stage_ == FixStage::kDoubt) return Vec3(0.0, 0.0, 0.0);
+  if (searched()) return Vec3(0.0, 0.0, 0.0);
   const Pose2& about = carried_.T_map_site();
   const Vec2 moved = about * fix_pivot_site_m_ - fix_pivot_map_m_;
   return {moved.x(), moved.y(), wrap_angle(about.yaw_rad - T_map_site_.yaw_rad)};
@@ -636,15 +649,14 @@ void Localizer::carry_on(FixStatus status) {
   const MapFixResult& result = map_fix_.result();
   const bool poor = status == FixStatus::kTooLittleEvidence || status == FixStatus::kChanceAgreement;
   const double to_beat = carried_.alive() ? carried_.sum().log_ratio() : kWorthIt;
-  const bool searched = fix_stage_ == FixStage::kSearch || fix_stage_ == FixStage::kDoubt;
-  if (searched && status == FixStatus::kApplied) carried_.reset();
-  if (params_.add_windows && searched && poor && result.verdict.log_ratio > to_beat)
+  if (searched() && status == FixStatus::kApplied) carried_.reset();
+  if (params_.add_windows && searched() && poor && result.verdict.log_ratio > to_beat)
     carried_.begin(result.verdict, result.T_map_site, result.posterior, map_fix_.local());
   const EvidenceSum& sum = carried_.sum();
   fix_.windows = static_cast<std::uint8_t>(sum.windows() < UINT8_MAX ? sum.windows() : UINT8_MAX);
   fix_.windows_log_ratio = sum.log_ratio();
   if (status != FixStatus::kApplied) return;
-  if (searched) {
+  if (searched()) {
     fix_.windows = 1;
     fix_.windows_log_ratio = fix_.log_ratio;
   } else {
@@ -731,23 +743,11 @@ FixStatus Localizer::take_map_fix() {
   if (map_fix_.status() == MapFixStatus::kViewDisagrees) slipped();
   TrustEvent event = trust_event(status, result.proof_expected);
   const bool refuted = fix_.lost && against_nats_ <= -kRefuted;  // and this one looked in the whole map
-  weigh_against(status);
+  if (status == FixStatus::kApplied || fix_.lost) against_nats_ = 0.0;
   const bool declined = event == TrustEvent::kFixUndecided || event == TrustEvent::kFixDeclined;
   if (declined && refuted) event = TrustEvent::kFixRefuted;
-  if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;
   trust_.on(event);
   return status;
-}
-
-/// Declined fixes whose boulders are likelier unrelated to the map than on it speak against the pose, and
-/// add up. A search of the whole map settles it: it finds the pose, or there is nothing to be found and the
-/// count begins anew.
-void Localizer::weigh_against(FixStatus status) {
-  if (status == FixStatus::kApplied || fix_.lost) {
-    against_nats_ = 0.0;
-  } else if (fix_.log_ratio < 0.0 && fix_stage_ != FixStage::kDoubt) {
-    against_nats_ += fix_.log_ratio;
-  }
 }
 
 /// At a time that nobody knows, since the oldest boulder of the local map was seen last.

@@ -38,7 +38,7 @@
 /// (boulder_tracks.hpp): the step is doubted, by all that two steps which VO holds possible may differ.
 ///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
-/// to 1, it is looked for in the whole map.
+/// to 1, it is looked for in the whole map: by the very fix that completes the odds.
 ///
 /// Poor windows. What is declined for want of evidence leaves a hypothesis behind (carried_hypothesis.hpp).
 /// The next fix begins with it: fresh boulders are looked at under it, and where all windows together are a
@@ -310,15 +310,17 @@ class Localizer {
   enum class FixStage : std::uint8_t {
     kConfirm,  ///< fresh boulders under the hypothesis that was carried along
     kTake,     ///< all of them, about the pose that windows together proved
-    kSearch,   ///< all of them, wherever the pose may be, and ...
-    kDoubt     ///< ... where it may be if the start was farther off than it claimed
+    kSearch,   ///< all of them, wherever the pose may be, ...
+    kDoubt,    ///< ... where it may be if the start was farther off than it claimed, ...
+    kAnywhere  ///< ... and in the whole map, where fixes together speak against the pose
   };
   MapFixStatus start_stage(FixStage stage, const LocalMap& local);
   bool next_stage();
+  bool look_farther();
+  bool searched() const { return fix_stage_ >= FixStage::kSearch; }
   Vec3 start_of_stage() const;
   void carry_on(FixStatus status);
   bool goes_on() const;
-  void weigh_against(FixStatus status);
   void slipped();
   void jumped();
   void turn_about(const Vec2& pivot_map_m, const Pose2& correction);

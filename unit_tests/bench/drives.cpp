@@ -219,9 +219,19 @@ void DrivenRover::begin_fix(std::uint32_t frame) {
   open_ = begun == MapFixStatus::kRunning;
   WorkBudget all = WorkBudget::unlimited();
   if (open_) (void)fix_.step(all);
-  if (!open_ || fix_lost_ || !trust_.unproven() || !may_lie_farther(fix_.status())) return;
-  const Mat3 doubted = fusion_.covariance_at_snapshot() + trust_.doubt();
-  (void)fix_.start_tracked(params, encoded_.map(), fix_.local(), T_map_site_, pivot_site, doubted);
+  if (!open_ || fix_lost_) return;
+  if (may_lie_farther(fix_.status()) && fix_.result().verdict.log_ratio < 0.0)
+    against_nats_ += fix_.result().verdict.log_ratio;
+  if (may_lie_farther(fix_.status()) && trust_.unproven()) {
+    const Mat3 doubted = fusion_.covariance_at_snapshot() + trust_.doubt();
+    (void)fix_.start_tracked(params, encoded_.map(), fix_.local(), T_map_site_, pivot_site, doubted);
+    (void)fix_.step(all);
+  }
+  if (!may_lie_farther(fix_.status()) || against_nats_ > -kRefuted) return;
+  trust_.on(TrustEvent::kFixRefuted);
+  fix_lost_ = true;
+  params.search.verdict.prior_log_odds = 0.0;
+  (void)fix_.start_lost(params, encoded_.map(), fix_.local(), T_map_site_, pivot_site, SearchRegion());
   (void)fix_.step(all);
 }
 
@@ -255,12 +265,8 @@ void DrivenRover::apply_fix(DriveResult& out) {
     fusion_.doubt(frames * model.unseen_step_m, frames * model.unseen_step_rad);
     inconsistent = true;
   }
-  const bool refuted = against_nats_ <= -kRefuted;
-  if (applied || fix_lost_) {
-    against_nats_ = 0.0;
-  } else if (result.verdict.log_ratio < 0.0) {
-    against_nats_ += result.verdict.log_ratio;
-  }
+  const bool refuted = fix_lost_ && against_nats_ <= -kRefuted;
+  if (applied || fix_lost_) against_nats_ = 0.0;
   TrustEvent event = TrustEvent::kFixUndecided;
   if (applied) event = TrustEvent::kFixAccepted;
   if (inconsistent) event = TrustEvent::kFixInconsistent;
@@ -268,7 +274,6 @@ void DrivenRover::apply_fix(DriveResult& out) {
   if (fix_.status() == MapFixStatus::kInconsistent) event = TrustEvent::kFixInconsistent;
   const bool tells_nothing = event == TrustEvent::kFixUndecided || event == TrustEvent::kFixDeclined;
   if (tells_nothing && refuted) event = TrustEvent::kFixRefuted;
-  if (event == TrustEvent::kFixUndecided && against_nats_ <= -kRefuted) event = TrustEvent::kFixRefuted;
   trust_.on(event);
 }
 
