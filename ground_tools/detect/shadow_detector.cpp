@@ -7,6 +7,7 @@
 #include "base/tool_error.hpp"
 #include "core/trig.hpp"
 #include "detect/shadow_fit.hpp"
+#include "detect/shadow_place.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -14,8 +15,7 @@ namespace {
 /// Half widths across the sun that are a level's own: beyond, the next serves better; below, the one before.
 constexpr double kMostOwn_px = 7.5;
 constexpr double kLeastAcross_px = 3.2;
-constexpr double kLeastFinest_px = 2.0;  ///< on the image itself
-constexpr int kRounds = 3;               ///< of beating what overlaps
+constexpr int kRounds = 3;  ///< of beating what overlaps
 constexpr double kMostSize_px = std::max(1.35 * kFitMostAcross_px, kMostHollow_px);
 constexpr double kLeastCrater_px = 5.0;  ///< across
 constexpr double kLeastBalance = 0.2;    ///< of its walls
@@ -119,10 +119,12 @@ void put_in_order(std::vector<Candidate>& candidates) {
   candidates.erase(std::unique(candidates.begin(), candidates.end(), same), candidates.end());
 }
 
-ShadowBoulder boulder_of(const Candidate& c, double tan_elevation) {
+ShadowBoulder boulder_of(const Candidate& c, const ShadowView& view) {
+  const double tan_elevation = view.tan_elevation;
+  const double away_px = shift_from_sun_px(c.across_px, c.along_px, c.reach_px, tan_elevation);
   ShadowBoulder b;
-  b.u_px = c.u_px;
-  b.v_px = c.v_px;
+  b.u_px = c.u_px - away_px * view.towards_sun_px.x();
+  b.v_px = c.v_px - away_px * view.towards_sun_px.y();
   b.diameter_px = 2.0 * size_of(c);
   b.elongation = std::max(c.across_px, c.along_px) / std::min(c.across_px, c.along_px);
   b.contrast = c.contrast;
@@ -176,7 +178,7 @@ ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, 
     const bool last = shift + 1 == levels;
     const double wanted = 0.4 * least_px / (1 << shift);  // half widths, with some slack
     if (wanted >= kMostOwn_px || (wanted >= 2.0 * kLeastAcross_px && !last)) continue;  // the next level's
-    const double least = shift == 0 ? std::max(kLeastFinest_px, 0.5 * least_px * 0.8) : kLeastAcross_px;
+    const double least = shift == 0 ? std::max(kLeastOutline_px, 0.5 * least_px * 0.8) : kLeastAcross_px;
     for (const Spot& spot : dark_spots(level.tile, where, params.seed_contrast)) {
       const ShadowFit f = fitter.fit(level.tile.grey, level.tile.valid, spot.x, spot.y, least);
       if (!f.found || (f.across_px > kMostOwn_px && !last)) continue;
@@ -232,7 +234,7 @@ ShadowFinds detect_by_shadow(const GreyTile& tile, const PixelRect& core, const 
   };
   ShadowFinds finds;
   for (const Candidate& c : strongest(candidates.boulders, view, params)) {
-    const ShadowBoulder b = boulder_of(c, view.tan_elevation);
+    const ShadowBoulder b = boulder_of(c, view);
     const bool in_range = b.diameter_px >= least_px && b.diameter_px * view.pixel_m <= params.max_diameter_m;
     if (in_core(c) && in_range) finds.boulders.push_back(b);
   }
