@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "integration/replay.hpp"
+#include "support/noise.hpp"
 
 using namespace cairn;
 using namespace cairn::test;
@@ -490,6 +491,114 @@ void test_a_slip_is_seen_at_once(void**) {
   }
 }
 
+// ---- claims
+
+/// What the rover sees now is this, and nothing of before.
+void see(const std::vector<Vec2>& places_site_m) {
+  static BoulderSightings seen;
+  seen.clear();
+  for (const Vec2& p : places_site_m) {
+    BoulderSighting s;
+    s.p_site_m = Vec3(p.x(), p.y(), 0.0);
+    s.diameter_m = 0.2F;
+    s.range_m = 2.0F;
+    assert_true(seen.push_back(s));
+  }
+  localizer.tracks().forget_all();
+  localizer.tracks().start(seen, localizer.frame());
+  WorkBudget all = WorkBudget::unlimited();
+  assert_status(localizer.tracks().step(all), Progress::kDone);
+}
+
+/// Ground of 28 m about a place, boulders anywhere.
+std::vector<ground::TableBoulder> anywhere(Random& random, const Vec2& about_m, double per_m2) {
+  std::vector<ground::TableBoulder> out(static_cast<std::size_t>(per_m2 * 28.0 * 28.0));
+  for (ground::TableBoulder& b : out) {
+    b.p_map_m = about_m + Vec2(uniform(random, -14.0, 14.0), uniform(random, -14.0, 14.0));
+    b.diameter_m = 0.2;
+  }
+  return out;
+}
+
+/// Of `count` within 4 m of a place, some of the map's, 0.03 m off, and others.
+std::vector<Vec2> seen_about(Random& random, const std::vector<ground::TableBoulder>& map,
+                             const Vec2& about_m, std::size_t of_map, std::size_t others) {
+  std::vector<Vec2> out;
+  for (const ground::TableBoulder& b : map) {
+    if (out.size() == of_map) break;
+    if ((b.p_map_m - about_m).norm() < 4.0)
+      out.push_back(b.p_map_m + 0.03 * Vec2(normal(random), normal(random)));
+  }
+  for (std::size_t i = 0; i < others; ++i)
+    out.push_back(about_m + Vec2(uniform(random, -4.0, 4.0), uniform(random, -4.0, 4.0)));
+  return out;
+}
+
+/// A claim that is false does not last: on ground so dense that some boulders agree anywhere by chance, too,
+/// it is no longer one after kFixes fixes, each of other boulders, and none of these is accepted. One that is
+/// true is never taken for false.
+void test_a_false_claim_is_refuted_on_dense_ground(void**) {
+  constexpr int kFixes = 6;
+  const int trials = kSanitized ? 1 : 6;
+  for (int seed = 0; seed < trials; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed) + 1);
+    const Vec2 start_m = planar(*data.truth_rover(0)).translation();
+    const std::vector<ground::TableBoulder> rocks = anywhere(random, start_m, 4.0);
+    FlightMap dense;
+    assert_status(dense.make(rocks), MapStatus::kUsable);
+    for (const bool honest : {false, true}) {
+      init(eager());
+      localizer.set_map(dense.map);
+      start(0, 0.05, 0.01);
+      run(0, 1);
+      const Pose2 T_site_map = localizer.T_map_site().inverse();
+      int fixes = 0;
+      for (; fixes < kFixes && localizer.trust() == Trust::kClaimed; ++fixes) {
+        std::vector<Vec2> seen = seen_about(random, rocks, place(), honest ? 8 : 0, honest ? 12 : 20);
+        for (Vec2& p : seen) p = T_site_map * p;
+        see(seen);
+        take_fix();
+      }
+      const bool applied = localizer.last_fix().status == FixStatus::kApplied;
+      if (honest) {
+        assert_true(applied || localizer.trust() == Trust::kClaimed);
+      } else {
+        assert_true(!applied && localizer.trust() != Trust::kClaimed);
+      }
+    }
+  }
+}
+
+/// The fix that refutes a claim finds the rover, with the boulders that refuted it.
+void test_what_refutes_a_claim_finds_the_rover(void**) {
+  const int trials = kSanitized ? 1 : 4;
+  for (int seed = 0; seed < trials; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed) + 101);
+    const Vec2 truth_m = planar(*data.truth_rover(0)).translation();
+    const std::vector<ground::TableBoulder> rocks = anywhere(random, truth_m, 1.0);
+    FlightMap map;
+    assert_status(map.make(rocks), MapStatus::kUsable);
+    init(eager());
+    localizer.set_map(map.map);
+    start(0, 0.05, 0.01, kPi, Vec2(5.0, -3.0));
+    run(0, 1);
+    int fixes = 0;
+    for (; fixes < 6 && localizer.trust() == Trust::kClaimed; ++fixes) {
+      std::vector<Vec2> seen = seen_about(random, rocks, truth_m, 24, 6);
+      const Pose2 T_site_truth = localizer.T_map_site().inverse() * planar(localizer.T_map_rover()) *
+                                 planar(*data.truth_rover(0)).inverse();
+      for (Vec2& p : seen) p = T_site_truth * p;
+      see(seen);
+      take_fix();
+    }
+    assert_status(localizer.trust(), Trust::kConfirmed);
+    assert_status(localizer.last_fix().status, FixStatus::kApplied);
+    assert_true(localizer.last_fix().lost);
+    assert_at_most(error_m(0), 0.1);
+    assert_at_most(std::fabs(yaw_error(0)), 0.03);
+  }
+}
+
 int open_sample(void**) {
   data = ground::Dataset::open(kSample);
   std::vector<ground::TableBoulder> rocks = true_rocks(kSample);
@@ -517,6 +626,8 @@ int main() {
       cmocka_unit_test(test_a_doubted_step_tears_the_local_map),
       cmocka_unit_test(test_a_slip_is_seen_in_what_is_in_view),
       cmocka_unit_test(test_a_slip_is_seen_at_once),
+      cmocka_unit_test(test_a_false_claim_is_refuted_on_dense_ground),
+      cmocka_unit_test(test_what_refutes_a_claim_finds_the_rover),
   };
   return cmocka_run_group_tests_name("integration/fix_in_drive", tests, open_sample, nullptr);
 }
