@@ -32,6 +32,7 @@ inline constexpr std::uint32_t kMarks =
 }  // namespace unit_bounds
 
 inline constexpr UnitBound kUnitBounds[] = {
+    {cfg::Task::kVo, "noise: a row of samples", NoiseJob::kRowOps},
     {cfg::Task::kVo, "features: a row", FeatureExtractor::row_ops(cfg::kImageWidth)},
     {cfg::Task::kVo, "features: the choice", FeatureExtractor::select_ops()},
     {cfg::Task::kVo, "features: a descriptor", kDescriptorOps},

@@ -62,28 +62,31 @@ void refine(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b,
 
 }  // namespace
 
-ExtractStatus FeatureExtractor::start(const ImageU8& image) {
+ExtractStatus FeatureExtractor::start(const ImageU8& image, bool halved) {
   set_.features.clear();
   set_.descriptors.clear();
   set_.height = 0;
-  if (image.data == nullptr || image.width < 64 || image.height < 64 || image.width > cfg::kImageWidth ||
-      image.height > cfg::kImageHeight || image.stride < image.width) {
-    image_ = {};
+  const int least = halved ? 2 * kLeastSide : kLeastSide;
+  if (image.data == nullptr || image.width < least || image.height < least ||
+      image.width > cfg::kImageWidth || image.height > cfg::kImageHeight || image.stride < image.width) {
+    image_width_ = width_ = height_ = 0;
     return status_ = ExtractStatus::kBadImage;
   }
-  image_ = image;
+  image_width_ = image.width;
+  width_ = halved ? image.width / 2 : image.width;
+  height_ = halved ? image.height / 2 : image.height;
   row_ = 0;
   described_ = 0;
   selected_ = false;
   for (Cell& cell : cells_) cell.count = 0;
-  scales_.start(image);
+  scales_.start(image, halved);
   return status_ = ExtractStatus::kRunning;
 }
 
 Progress FeatureExtractor::step(WorkBudget& budget) {
   if (status_ != ExtractStatus::kRunning) return Progress::kDone;
-  while (row_ < image_.height) {
-    if (!budget.take(row_ops(image_.width))) return Progress::kMore;
+  while (row_ < height_) {
+    if (!budget.take(row_ops(image_width_))) return Progress::kMore;
     do_row(row_++);
   }
   if (!selected_) {
@@ -102,14 +105,14 @@ Progress FeatureExtractor::step(WorkBudget& budget) {
 
 void FeatureExtractor::do_row(int y) {
   const int middle = y - ScaleRows::kDelay - 1;
-  scales_.next(smooth_ + static_cast<std::size_t>(y) * static_cast<std::size_t>(image_.width),
+  scales_.next(smooth_ + static_cast<std::size_t>(y) * static_cast<std::size_t>(width_),
                dog_[(y + 3 - ScaleRows::kDelay % 3) % 3]);
-  if (middle >= kMargin && middle < image_.height - kMargin) find_extrema(middle);
+  if (middle >= kMargin && middle < height_ - kMargin) find_extrema(middle);
 }
 
 void FeatureExtractor::find_extrema(int y) {
   Cell* cells = cells_ + (y / kCell) * kCellsX;
-  const int end = image_.width - kMargin;
+  const int end = width_ - kMargin;
   for (int x = kMargin; x < end;) {
     const int next = (x / kCell + 1) * kCell;
     find_extrema(y, x, next < end ? next : end, cells[x / kCell]);
@@ -180,14 +183,14 @@ void FeatureExtractor::select() {
     cell.count = take;
     for (int i = 0; i < take; ++i) ++per_row[cell.at(i).iv];
   }
-  set_.height = image_.height;
+  set_.height = height_;
   set_.row_begin[0] = 0;
-  for (int y = 0; y < image_.height; ++y) {
+  for (int y = 0; y < height_; ++y) {
     set_.row_begin[y + 1] = static_cast<std::uint16_t>(set_.row_begin[y] + per_row[y]);
   }
-  set_.features.resize(set_.row_begin[image_.height]);
+  set_.features.resize(set_.row_begin[height_]);
   std::uint16_t next[cfg::kImageHeight];
-  for (int y = 0; y < image_.height; ++y) next[y] = set_.row_begin[y];
+  for (int y = 0; y < height_; ++y) next[y] = set_.row_begin[y];
   for (const Cell& cell : cells_) {
     for (int i = 0; i < cell.count; ++i) {
       const Feature& f = cell.at(i);

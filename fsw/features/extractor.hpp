@@ -35,18 +35,21 @@ enum class CAIRN_NODISCARD ExtractStatus : std::uint8_t {
 class FeatureExtractor {
  public:
   static constexpr std::size_t kMinFeatures = 20;
+  static constexpr int kLeastSide = 64;
+  /// `width`: of the image, halved or not.
   static constexpr std::uint32_t row_ops(int width) { return 30U * static_cast<std::uint32_t>(width); }
   static constexpr std::uint32_t select_ops() { return 10U * kCellsX * kCellsY * kPerCell; }
 
-  /// Starts on `image` (borrowed until done), at least 64 x 64 and at most the mission's size.
-  ExtractStatus start(const ImageU8& image);
+  /// Starts on `image` (borrowed until done), at least kLeastSide a side and at most the mission's size.
+  /// `halved`: on means of 2 x 2 pixels, whose places are then what features tell (image/gaussian.hpp).
+  ExtractStatus start(const ImageU8& image, bool halved = false);
   /// Units: one row of the image, the choice of features, one descriptor.
   Progress step(WorkBudget& budget);
   ExtractStatus status() const { return status_; }
 
   const FeatureSet& result() const { return set_; }
   /// The image smoothed with sigma 0.6 px, u16 with 8 fraction bits.
-  SmoothImage smooth() const { return {smooth_, image_.width, image_.height, image_.width}; }
+  SmoothImage smooth() const { return {smooth_, width_, height_, width_}; }
 
  private:
   static constexpr int kCell = 32;
@@ -69,7 +72,9 @@ class FeatureExtractor {
   void select();
 
   ExtractStatus status_ = ExtractStatus::kIdle;
-  ImageU8 image_;
+  int image_width_ = 0;
+  int width_ = 0;  ///< of what features are looked for in
+  int height_ = 0;
   int row_ = 0;  ///< rows read
   std::size_t described_ = 0;
   bool selected_ = false;

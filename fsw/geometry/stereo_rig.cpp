@@ -40,6 +40,17 @@ bool is_valid(const StereoRig& rig) {
          is_valid(rig.T_rover_cam);
 }
 
+StereoRig halved(const StereoRig& rig) {
+  StereoRig half = rig;
+  half.width_px = rig.width_px / 2;
+  half.height_px = rig.height_px / 2;
+  half.fx_px = 0.5 * rig.fx_px;
+  half.fy_px = 0.5 * rig.fy_px;
+  half.cx_px = 0.5 * (rig.cx_px - 0.5);
+  half.cy_px = 0.5 * (rig.cy_px - 0.5);
+  return half;
+}
+
 Pose3 mast_pose(double height_m, double pitch_down_rad, double baseline_m) {
   const SinCos p = sin_cos(pitch_down_rad);
   Mat3 R_rover_cam;                   // columns: camera x (right), y (down), z (forward) in the rover frame

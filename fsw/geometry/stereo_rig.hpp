@@ -44,6 +44,11 @@ struct StereoRig {
 /// False where a number is not finite, or a size, focal length or baseline is not positive.
 bool is_valid(const StereoRig& rig);
 
+/// The rig whose pixels are the means of 2 x 2 of this one's (a last odd row or column is left out), and
+/// where the middle of such a pixel lies in this one.
+StereoRig halved(const StereoRig& rig);
+constexpr double from_halved(double px) { return 2.0 * px + 0.5; }
+
 /// Left camera pose for a mast: the stereo mid-point `height_m` above the rover's origin, optical axes
 /// `pitch_down_rad` below the rover's x axis, left camera at +baseline/2 along the rover's y axis.
 Pose3 mast_pose(double height_m, double pitch_down_rad, double baseline_m);

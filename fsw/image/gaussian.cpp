@@ -13,32 +13,46 @@ std::uint32_t cut(std::uint32_t w) { return ((w + kRound) >> 4U) & kLow12; }
 
 }  // namespace
 
-void ScaleRows::start(const ImageU8& image) {
-  CAIRN_ASSERT(image.data != nullptr && image.width >= 2 * kDifferenceMargin &&
-               image.width <= cfg::kImageWidth && image.height >= 2 * kDifferenceMargin);
+void ScaleRows::start(const ImageU8& image, bool halved) {
   image_ = image;
-  half_ = (image.width + 1) / 2;
+  halved_ = halved;
+  width_ = halved ? image.width / 2 : image.width;
+  height_ = halved ? image.height / 2 : image.height;
+  CAIRN_ASSERT(image.data != nullptr && width_ >= 2 * kDifferenceMargin && image.width <= cfg::kImageWidth &&
+               height_ >= 2 * kDifferenceMargin);
+  half_ = (width_ + 1) / 2;
   y_ = 0;
   pack(0);
 }
 
 void ScaleRows::next(std::uint16_t* light, std::int16_t* difference) {
   const int y = y_++;
-  CAIRN_ASSERT(y < image_.height);
-  if (y + 1 < image_.height) pack(y + 1);
+  CAIRN_ASSERT(y < height_);
+  if (y + 1 < height_) pack(y + 1);
   smooth_columns(y, light);
   if (y >= 4) smooth_rows(y - 2);
   const int inside = y - kDelay;
-  if (inside >= kDifferenceMargin && inside < image_.height - kDifferenceMargin) subtract(inside, difference);
+  if (inside >= kDifferenceMargin && inside < height_ - kDifferenceMargin) subtract(inside, difference);
+}
+
+const std::uint8_t* ScaleRows::grey_row(int y) {
+  if (!halved_) return image_.row(y);
+  const std::uint8_t* upper = image_.row(2 * y);
+  const std::uint8_t* lower = image_.row(2 * y + 1);
+  for (int x = 0; x < width_; ++x) {
+    const int sum = upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1];
+    mean_[x] = static_cast<std::uint8_t>((sum + 2) / 4);
+  }
+  return mean_;
 }
 
 void ScaleRows::pack(int y) {
-  const std::uint8_t* row = image_.row(y);
+  const std::uint8_t* row = grey_row(y);
   const std::uint8_t* right = row + half_;
   std::uint32_t* out = packed_[y % kRowRing] + kPad;
-  const int both = image_.width - half_;
+  const int both = width_ - half_;
   const std::uint32_t first = row[0];
-  const std::uint32_t last = row[image_.width - 1];
+  const std::uint32_t last = row[width_ - 1];
   for (int k = -kPad; k < 0; ++k) out[k] = pair_of(first, right[k]);
   for (int k = 0; k < both; ++k) out[k] = pair_of(row[k], right[k]);
   for (int k = both; k < half_ + kPad; ++k) out[k] = pair_of(row[k], last);
@@ -48,10 +62,10 @@ void ScaleRows::pack(int y) {
 void ScaleRows::smooth_columns(int y, std::uint16_t* light) {
   const std::uint32_t* here = packed_[y % kRowRing];
   const std::uint32_t* above = y > 0 ? packed_[(y - 1) % kRowRing] : here;
-  const std::uint32_t* below = y + 1 < image_.height ? packed_[(y + 1) % kRowRing] : here;
+  const std::uint32_t* below = y + 1 < height_ ? packed_[(y + 1) % kRowRing] : here;
   std::uint32_t* across = across_[y % kRing];
   std::uint16_t* light_right = light + half_;
-  const int both = image_.width - half_;
+  const int both = width_ - half_;
   // A running sum of neighbours for each factor [1 1]; what comes out is centred three words back.
   std::uint32_t d0 = 0, d1 = 0, d2 = 0, d3 = 0, d4 = 0, d5 = 0;
   std::uint32_t g0 = 0, g1 = 0;  // the last two sums of the light image's column
@@ -116,7 +130,7 @@ void ScaleRows::subtract(int y, std::int16_t* difference) const {
   const std::uint32_t* below = wide_[(y + 2) % kRing] + kPad;
   const std::uint32_t* fine = fine_[y % kRowRing] + kPad;
   std::int16_t* right = difference + half_;
-  const int both = image_.width - half_;
+  const int both = width_ - half_;
   for (int k = 0; k < half_; ++k) {
     // The high half borrows what the low one is below zero.
     const std::uint32_t w = above[k] + (here[k] << 1U) + below[k] - (fine[k] << 4U);

@@ -416,7 +416,7 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
   if (stage_ == FrameStage::kBoulders) {
     const Pose3 T_site_cam = T_site_rover_.corrected * rig_.T_rover_cam;
     const ObserveStatus status =
-        observer_.start(left_, right_, vo_.disparity_plane(), T_site_cam, vo_.rectification().offset());
+        observer_.start(left_, right_, vo_.disparity_plane(), T_site_cam, vo_.offset());
     const bool refused = status == ObserveStatus::kBadInput;
     if (refused) ++health_.boulders[static_cast<std::size_t>(status)];
     stage_ = refused ? FrameStage::kDone : FrameStage::kObserving;

@@ -55,13 +55,29 @@ void StereoFrame::correct(const RectificationEstimator& rectification, const Ima
 
 void StereoFrameJob::init(const StereoFrameParams& params, const StereoRig& rig, int min_points) {
   params_ = params;
-  rig_ = rig;
+  whole_rig_ = rig_ = rig;
+  halved_ = false;
+  min_disparity_px_ = params.min_disparity_px;
+  max_disparity_px_ = params.max_disparity_px;
   min_points_ = min_points;
   status_ = StereoStatus::kIdle;
   RectificationParams rest = params.rectification;
   rest.enabled = rest.enabled && !params.paper_exact;
   rectification_.init(rest, rig);
   searches_left_ = rest.enabled ? kMostSearches : 0;
+}
+
+void StereoFrameJob::look(bool halved) {
+  if (halved == halved_) return;
+  halved_ = halved;
+  rig_ = halved ? cairn::halved(whole_rig_) : whole_rig_;
+  min_disparity_px_ = halved ? (params_.min_disparity_px + 1) / 2 : params_.min_disparity_px;
+  max_disparity_px_ = halved ? (params_.max_disparity_px + 1) / 2 : params_.max_disparity_px;
+  rectification_.rescale(rig_, halved ? 0.5 : 2.0);
+}
+
+bool StereoFrameJob::is_own(double u, double v) const {
+  return halved_ ? params_.own.covers(from_halved(u), from_halved(v)) : params_.own.covers(u, v);
 }
 
 StereoStatus StereoFrameJob::start(const ImageU8& left, const ImageU8& right, StereoFrame& frame) {
@@ -73,10 +89,12 @@ StereoStatus StereoFrameJob::start(const ImageU8& left, const ImageU8& right, St
   wide_ = searched_ = false;
   right_image_ = right;
   frame_ = &frame;
-  const bool sizes_fit = left.width == rig_.width_px && left.height == rig_.height_px &&
-                         right.width == rig_.width_px && right.height == rig_.height_px &&
-                         right.data != nullptr;
-  const bool started = sizes_fit && frame.left.start(left) == ExtractStatus::kRunning;
+  const auto fits = [this](const ImageU8& image) {
+    return image.data != nullptr && image.width == whole_rig_.width_px &&
+           image.height == whole_rig_.height_px;
+  };
+  const bool started =
+      fits(left) && fits(right) && frame.left.start(left, halved_) == ExtractStatus::kRunning;
   return status_ = started ? StereoStatus::kRunning : StereoStatus::kBadImage;
 }
 
@@ -122,7 +140,7 @@ Progress StereoFrameJob::work(WorkBudget& budget) {
 void StereoFrameJob::next_phase() {
   switch (phase_) {
     case Phase::kLeft:
-      if (right_.start(right_image_) != ExtractStatus::kRunning) status_ = StereoStatus::kBadImage;
+      if (right_.start(right_image_, halved_) != ExtractStatus::kRunning) status_ = StereoStatus::kBadImage;
       phase_ = Phase::kRight;
       break;
     case Phase::kRight: begin_match(); break;
@@ -148,8 +166,8 @@ void StereoFrameJob::begin_match() {
   const int rows = rounded(rectification_.offset().rows_px);
   for (const Feature& f : left.features) {
     SearchWindow w;
-    w.u0 = static_cast<std::int16_t>(f.iu - params_.max_disparity_px + columns);
-    w.u1 = static_cast<std::int16_t>(f.iu - params_.min_disparity_px + columns);
+    w.u0 = static_cast<std::int16_t>(f.iu - max_disparity_px_ + columns);
+    w.u1 = static_cast<std::int16_t>(f.iu - min_disparity_px_ + columns);
     w.v0 = static_cast<std::int16_t>(f.iv - band + rows);
     w.v1 = static_cast<std::int16_t>(f.iv + band + rows);
     windows_.append(w);
@@ -203,7 +221,7 @@ void StereoFrameJob::collect() {
   frame_->points.clear();
   for (std::size_t i = 0; i < left.features.size(); ++i) {
     StereoPoint point;
-    const bool own = params_.own.covers(left.features[i].u, left.features[i].v);
+    const bool own = is_own(left.features[i].u, left.features[i].v);
     const std::int16_t j = match_.partner(i);
     if (j != MatchJob::kNone) {
       const Feature& l = left.features[i];
@@ -213,7 +231,7 @@ void StereoFrameJob::collect() {
       point.d_px = point.keypoint.disparity_px();
       point.u_px = l.iu;  // of what follows keypoints alone
       point.v_px = point.keypoint.v_left;
-      point.valid = point.d_px >= params_.min_disparity_px && !own;
+      point.valid = point.d_px >= min_disparity_px_ && !own;
       points_ += point.valid ? 1 : 0;
     }
     frame_->points.append(point);
@@ -285,7 +303,7 @@ void StereoFrameJob::refine_point(std::size_t i) {
   point.found_u_px = a.u;
   point.found_v_px = a.v;
   point.take(corrected);
-  if (point.d_px < params_.min_disparity_px) return;
+  if (point.d_px < min_disparity_px_) return;
   point.valid = true;
   ++frame_->valid_points;
 }

@@ -84,6 +84,13 @@ class StereoFrameJob {
   }
   /// Forgets what was learnt of the rectification. `min_points`: fewest that are of use to the caller.
   void init(const StereoFrameParams& params, const StereoRig& rig, int min_points);
+  /// Looks at images halved from now on, or whole again; all that is told is of those pixels. What was learnt
+  /// of the rectification stays.
+  void look(bool halved);
+  bool halved() const { return halved_; }
+  const StereoRig& rig() const { return rig_; }  ///< of the pixels looked at
+  /// Whether the rover's own hardware stands at (u, v) of the pixels looked at.
+  bool is_own(double u, double v) const;
   /// Images and frame are borrowed until done. kRunning, or kBadImage.
   StereoStatus start(const ImageU8& left, const ImageU8& right, StereoFrame& frame);
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
@@ -117,7 +124,11 @@ class StereoFrameJob {
   void count_points();
 
   StereoFrameParams params_;
+  StereoRig whole_rig_;
   StereoRig rig_;
+  bool halved_ = false;
+  int min_disparity_px_ = 0;  ///< in the pixels looked at
+  int max_disparity_px_ = 0;
   int min_points_ = 0;
   StereoStatus status_ = StereoStatus::kIdle;
   Phase phase_ = Phase::kLeft;

@@ -10,12 +10,21 @@ constexpr double kMinDepth = 0.05;
 constexpr double kStill_px = 0.5;   // between two pictures, of a point that does not move
 constexpr double kMoves_px = 3.0;   // of one that the motion moves
 constexpr int kMostElapsed = 1000;  // frames; over more than that no reference lasts
+// Difference of Gaussians (image/gaussian.hpp) of white noise of 1, and how much more than that deviation the
+// strongest extrema of each cell have on the average.
+constexpr double kNoiseResponse = 0.112;
+constexpr double kStrongest = 2.7;
+constexpr double kLeastNoise = 3.0;  // grey levels; good cameras have 1
+constexpr double kHalve = 1.3;       // contrast without noise, in the whole image's noise: less is halved ...
+constexpr double kWhole = 1.8;       // ... and more is not any more
 constexpr float kIdentity[4] = {1.0F, 0.0F, 0.0F, 1.0F};
 
 std::int16_t clamp_to(double v, int low, int high) {
   if (!(v > low)) return static_cast<std::int16_t>(low);
   return static_cast<std::int16_t>(v < high ? v : high);
 }
+
+double square(double x) { return x * x; }
 
 /// Statuses after which the next frame is measured from this one.
 bool settles(VoStatus status) {
@@ -37,6 +46,7 @@ bool VisualOdometry::init(const VoParams& params, const StereoRig& rig) {
   T_ref_prev_ = last_step_ = predicted_ = T_cur_ref_ = Pose3();
   params_ = params;
   rig_ = rig;
+  looked_again_ = false;
   stereo_.init(params, rig, params.motion.min_inliers);
   return is_valid(rig) && rig.width_px <= cfg::kImageWidth && rig.height_px <= cfg::kImageHeight;
 }
@@ -65,10 +75,13 @@ void VisualOdometry::predict(const Pose3* motion_prior) {
 
 VoStatus VisualOdometry::start(const ImageU8& left, const ImageU8& right, const Pose3* motion_prior) {
   result_ = {};
-  phase_ = Phase::kStereo;
-  worked_ = false;
+  phase_ = params_.paper_exact ? Phase::kStereo : Phase::kNoise;
+  worked_ = looked_again_ = false;
   predict(motion_prior);
   const bool started = stereo_.start(left, right, current()) == StereoStatus::kRunning;
+  left_image_ = left;
+  right_image_ = right;
+  noise_.start(left, right);
   return status_ = started ? VoStatus::kRunning : VoStatus::kBadImage;
 }
 
@@ -90,6 +103,7 @@ bool VisualOdometry::run_phase(WorkBudget& budget) {
 
 Progress VisualOdometry::work(WorkBudget& budget) {
   switch (phase_) {
+    case Phase::kNoise: return noise_.step(budget);
     case Phase::kStereo: return stereo_.step(budget);
     case Phase::kMatch: return match_.step(budget);
     case Phase::kRansac: return ransac_.step(budget);
@@ -114,7 +128,14 @@ Progress VisualOdometry::work(WorkBudget& budget) {
 
 void VisualOdometry::next_phase() {
   switch (phase_) {
-    case Phase::kStereo: take_stereo(); break;
+    case Phase::kNoise: phase_ = Phase::kStereo; break;
+    case Phase::kStereo:
+      if (looked_again_) {
+        end_second_look();
+      } else {
+        take_stereo();
+      }
+      break;
     case Phase::kMatch: begin_ransac(); break;
     case Phase::kRansac: begin_consensus(); break;
     case Phase::kConsensus:
@@ -141,22 +162,75 @@ void VisualOdometry::take_stereo() {
   result_.features_left = stereo_.features_left();
   result_.features_right = stereo_.features_right();
   result_.stereo = stereo_.points();
+  const FixedVector<Feature, cfg::kMaxFeatures>& features = current().left.result().features;
+  double sum = 0.0;
+  for (const Feature& f : features) sum += std::fabs(static_cast<double>(f.response));
+  contrast_ = features.empty() ? 0.0 : sum / (256.0 * kStrongest * static_cast<double>(features.size()));
   switch (stereo_.status()) {
     case StereoStatus::kPoints: break;
     case StereoStatus::kFewFeatures: return finish(VoStatus::kFewFeatures);
     case StereoStatus::kFewPoints: return finish(VoStatus::kFewStereo);
     default: return finish(VoStatus::kBadImage);
   }
-  plane_ = current().plane;
+  take_plane();
   if (have_reference_) return begin_match(!prediction_known_);
   renew_reference();
   finish(VoStatus::kFirstFrame);
 }
 
+void VisualOdometry::take_plane() {
+  plane_ = current().plane;
+  if (halved()) plane_[2] = 2.0 * plane_[2] - 0.5 * (plane_[0] + plane_[1]);
+}
+
+ImageOffset VisualOdometry::offset() const {
+  ImageOffset offset = rectification().offset();
+  if (halved()) {
+    offset.rows_px *= 2.0;
+    offset.columns_px *= 2.0;
+  }
+  return offset;
+}
+
+bool VisualOdometry::halved_is_better() const {
+  constexpr int kLeastSide = 2 * FeatureExtractor::kLeastSide;
+  if (left_image_.width < kLeastSide || left_image_.height < kLeastSide) return false;
+  const double noise = noise_.noise();
+  if (params_.paper_exact || noise < kLeastNoise) return false;
+  const double whole2 = square(kNoiseResponse * noise);
+  const double texture2 = square(contrast_) - (halved() ? 0.25 * whole2 : whole2);
+  return texture2 < square(halved() ? kWhole : kHalve) * whole2;
+}
+
+void VisualOdometry::look_again() {
+  first_look_ = status_;
+  looked_again_ = true;
+  stereo_.look(!halved());
+  rig_ = stereo_.rig();
+  const bool started = stereo_.start(left_image_, right_image_, current()) == StereoStatus::kRunning;
+  CAIRN_ASSERT(started);
+  phase_ = Phase::kStereo;
+  status_ = VoStatus::kRunning;
+}
+
+/// Where it shows no more, all stays as the first look left it.
+void VisualOdometry::end_second_look() {
+  status_ = first_look_;
+  if (stereo_.status() != StereoStatus::kPoints) {
+    stereo_.look(!halved());
+    rig_ = stereo_.rig();
+    return;
+  }
+  if (!settles(first_look_)) status_ = have_reference_ ? VoStatus::kFewMatches : VoStatus::kFirstFrame;
+  take_plane();
+  renew_reference();
+  settled_ = true;
+}
+
 void VisualOdometry::begin_match(bool wide) {
   wide_ = wide;
   const Pose3 T_cur_ref = (T_ref_prev_ * predicted_).inverse();
-  const int radius = wide ? params_.first_search_radius_px : params_.search_radius_px;
+  const int radius = (wide ? params_.first_search_radius_px : params_.search_radius_px) / (halved() ? 2 : 1);
   const FeatureSet& ref = reference().left.result();
   const std::size_t stride = wide && !params_.paper_exact ? 2 : 1;
   windows_.clear();
@@ -350,7 +424,7 @@ bool VisualOdometry::align_left(std::size_t i) {
   if (!(p_cur.z() > kMinDepth)) return false;
   const StereoPixel predicted = project(rig_, p_cur);
   const StereoPixel expected = aligned_.expected = to_seen(rig_, rectification().offset(), predicted);
-  if (params_.own.covers(expected.u_left, expected.v_left)) return false;
+  if (stereo_.is_own(expected.u_left, expected.v_left)) return false;
   if (cut_template(ref.left.smooth(), f.iu, f.iv, aligned_.patch) != AlignStatus::kAligned) return false;
 
   // The warps from the template into both images: where do neighbours on the ground's plane go?
@@ -447,6 +521,7 @@ void VisualOdometry::finish(VoStatus status) {
   if (have_reference_ && bent) reference().correct(rectification(), before);
   status_ = status;
   settled_ = settles(status);
+  if (halved_is_better() != halved()) look_again();
 }
 
 }  // namespace cairn

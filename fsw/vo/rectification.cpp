@@ -87,6 +87,26 @@ void RectificationEstimator::observe_motion(const RigEvidence& motion) {
   motions_.shared += motion.shared;
 }
 
+/// Angles and lens, whose rows are so much shorter, have the smaller part of the information; offsets are
+/// shorter themselves.
+void RectificationEstimator::rescale(const StereoRig& rig, double scale) {
+  rig_ = rig;
+  params_.prior_rows_px *= scale;
+  params_.prior_columns_px *= scale;
+  params_.columns_px *= scale;
+  offset_.rows_px *= scale;
+  offset_.columns_px *= scale;
+  for (int i = 0; i < kCauses; ++i) {
+    const double of_cause = i == kRows ? 1.0 : scale;
+    information_.row(i) *= of_cause;
+    information_.col(i) *= of_cause;
+    evidence_[i] *= of_cause * scale;
+  }
+  motions_.columns_information /= square(scale);
+  motions_.columns_evidence /= scale;
+  motions_.shared /= scale;
+}
+
 void RectificationEstimator::end_frame() {
   if (!params_.enabled) return;
   if (params_.prior_lens > 0.0 && params_.prior_columns_px > 0.0) estimate_lens();

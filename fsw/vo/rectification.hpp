@@ -67,6 +67,9 @@ class RectificationEstimator {
   void observe(const StereoPixel& measured);
   /// What a motion tells beyond the present estimate.
   void observe_motion(const RigEvidence& motion);
+  /// What was learnt holds on for the same rig with pixels larger by 1 / `scale` (an exact power of two, so
+  /// that the way back gives the same bits).
+  void rescale(const StereoRig& rig, double scale);
   /// Takes in what was observed since the last call. Call once a frame, at its end, so that one frame
   /// uses one estimate.
   void end_frame();

@@ -194,6 +194,29 @@ void test_lens(void**) {
   assert_near(to_seen(rig, {0.75, -1.5}, ideal).u_right, 368.5, 0.0);
 }
 
+/// The middle of a pixel that is the mean of four lies between them: a point's place in the one is that
+/// in the other.
+void test_halved(void**) {
+  StereoRig rig;
+  rig.width_px = 513;
+  rig.height_px = 384;
+  rig.fx_px = 400.0;
+  rig.fy_px = 380.0;
+  rig.cx_px = 250.0;
+  rig.cy_px = 190.0;
+  rig.baseline_m = 0.12;
+  const StereoRig half = halved(rig);
+  assert_int_equal(half.width_px, 256);
+  assert_int_equal(half.height_px, 192);
+  const Vec3 p(0.4, -0.3, 2.0);
+  const StereoPixel whole_px = project(rig, p);
+  const StereoPixel half_px = project(half, p);
+  assert_near(from_halved(half_px.u_left), whole_px.u_left, 1e-12);
+  assert_near(from_halved(half_px.v_left), whole_px.v_left, 1e-12);
+  assert_near(from_halved(half_px.u_right), whole_px.u_right, 1e-12);
+  assert_near(from_halved(0.0), 0.5, 0.0);
+}
+
 }  // namespace
 
 int main() {
@@ -204,6 +227,7 @@ int main() {
       cmocka_unit_test(test_mast_by_hand),
       cmocka_unit_test(test_mast_agrees_with_the_sample),
       cmocka_unit_test(test_lens),
+      cmocka_unit_test(test_halved),
       cmocka_unit_test(test_validity_corners),
       cmocka_unit_test(test_preconditions_assert),
   };

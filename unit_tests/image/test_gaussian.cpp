@@ -137,6 +137,37 @@ void test_stride_is_followed(void**) {
   }
 }
 
+void test_halved_is_that_of_the_means(void**) {
+  fill_random();
+  static std::uint8_t means[(kWidth / 2) * (kHeight / 2)];
+  static std::uint16_t halved[(kWidth / 2) * (kHeight / 2)];
+  static std::int16_t halved_difference[kHeight / 2][kWidth / 2];
+  constexpr int kHalfWidth = kWidth / 2;
+  constexpr int kHalfHeight = kHeight / 2;  // an odd row is left out
+  for (int y = 0; y < kHalfHeight; ++y) {
+    for (int x = 0; x < kHalfWidth; ++x) {
+      const std::uint8_t* p = pixels + 2 * y * kWidth + 2 * x;
+      means[y * kHalfWidth + x] =
+          static_cast<std::uint8_t>((p[0] + p[1] + p[kWidth] + p[kWidth + 1] + 2) / 4);
+    }
+  }
+  static std::int16_t nowhere[kWidth];
+  rows.start(packed_view<const std::uint8_t>(pixels, kWidth, kHeight), true);
+  for (int y = 0; y < kHalfHeight; ++y) {
+    rows.next(halved + y * kHalfWidth,
+              y >= ScaleRows::kDelay ? halved_difference[y - ScaleRows::kDelay] : nowhere);
+  }
+  std::memcpy(pixels, means, sizeof means);
+  run(kHalfWidth, kHalfHeight);
+  for (int y = 0; y < kHalfHeight; ++y) {
+    for (int x = 0; x < kHalfWidth; ++x) {
+      assert_int_equal(halved[y * kHalfWidth + x], light[y * kHalfWidth + x]);
+      if (x < kMargin || y < kMargin || x >= kHalfWidth - kMargin || y >= kHalfHeight - kMargin) continue;
+      assert_int_equal(halved_difference[y][x], difference[y][x]);
+    }
+  }
+}
+
 void test_sizes_without_room_assert(void**) {
   constexpr int kLeast = 2 * kMargin;
   assert_true(test::asserts([] { rows.start({pixels, cfg::kImageWidth + 1, 20, cfg::kImageWidth + 1}); }));
@@ -162,6 +193,7 @@ int main() {
       cmocka_unit_test(test_flat_stays_flat),
       cmocka_unit_test(test_the_largest_differences_fit),
       cmocka_unit_test(test_stride_is_followed),
+      cmocka_unit_test(test_halved_is_that_of_the_means),
       cmocka_unit_test(test_sizes_without_room_assert),
       cmocka_unit_test(test_more_rows_than_the_image_has_assert),
   };

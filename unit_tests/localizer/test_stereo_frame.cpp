@@ -131,6 +131,36 @@ void test_points_lie_on_the_ground(void**) {
   }
 }
 
+/// Halved, points and plane are told in the larger pixels, and are those of the same ground. Hardware is
+/// where it is.
+void test_halved(void**) {
+  StereoFrameParams params;
+  params.own.cover({0, 0, kWidth / 2, kHeight});
+  begin(params);
+  job.look(true);
+  assert_true(job.halved());
+  assert_int_equal(job.rig().width_px, kWidth / 2);
+  assert_status(run(), StereoStatus::kPoints);
+  double height2 = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < frame.points.size(); ++i) {
+    if (!frame.points[i].valid) continue;
+    assert_at_least(frame.feature(i).iu, kWidth / 4 - 1);
+    if (!frame.on_plane(i)) continue;
+    const double height = (kRig.T_rover_cam * frame.point_m(job.rig(), i)).z();
+    height2 += height * height;
+    ++count;
+  }
+  assert_at_least(count, 30);
+  assert_at_most(std::sqrt(height2 / count), 0.02);
+  const Vec3 uv1(120.0, 60.0, 1.0);
+  assert_near(frame.plane.dot(uv1), 0.5 * true_disparity(from_halved(120.0), from_halved(60.0)), 0.2);
+  job.look(false);
+  assert_int_equal(job.rig().width_px, kWidth);
+  assert_status(run(), StereoStatus::kPoints);
+  assert_at_most(disparity_error_px(), 0.1);
+}
+
 /// A point well off the plane is no longer said to be on it: half a pixel and 3 % of its disparity.
 void test_on_plane_at_its_corner(void**) {
   begin();
@@ -356,6 +386,7 @@ void test_slices_give_the_same_bits(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_points_lie_on_the_ground),
+      cmocka_unit_test(test_halved),
       cmocka_unit_test(test_own_hardware),
       cmocka_unit_test(test_on_plane_at_its_corner),
       cmocka_unit_test(test_as_detected_is_less_accurate),

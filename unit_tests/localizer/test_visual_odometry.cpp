@@ -404,6 +404,112 @@ void test_init_forgets(void**) {
   assert_status(run(2), VoStatus::kFirstFrame);
 }
 
+// ---- noise ------------------------------------------------------------------------------------------------
+
+constexpr double kNoise = 32.0;  // of this ground, half of what its keypoints show
+std::uint8_t noisy_left[kFrames][kPixels];
+std::uint8_t noisy_right[kFrames][kPixels];
+
+void render_noisy() {
+  Random random(8);
+  for (int k = 0; k < kFrames; ++k) {
+    scene.render(kRig, T_world_cam[k], false, kNoise, random, noisy_left[k]);
+    scene.render(kRig, T_world_cam[k], true, kNoise, random, noisy_right[k]);
+  }
+}
+
+VoStatus run_noisy(int k) { return run(vo, view(noisy_left[k]), view(noisy_right[k])); }
+
+void assert_noisy_step(int k) {
+  const StepError e = error_of(vo.result().T_prev_cur, k - 1, k);
+  assert_at_most(e.rotation_rad, 0.006);
+  assert_at_most(e.translation_m, 0.006);
+}
+
+/// Noise halves the images, and steps are measured from the first one on.
+void test_noise_is_looked_at_halved(void**) {
+  render_noisy();
+  assert_true(vo.init({}, kRig));
+  assert_status(run_noisy(0), VoStatus::kFirstFrame);
+  assert_true(vo.halved());
+  for (int k = 1; k < kFrames; ++k) {
+    assert_status(run_noisy(k), VoStatus::kMotion);
+    assert_true(vo.halved());
+    assert_noisy_step(k);
+    assert_at_least(vo.result().covariance(3, 3), 1e-10);
+  }
+}
+
+/// A change of the pixels' size costs no step, nor does the way back; plane and offsets are told in those
+/// of the images.
+void test_noise_comes_and_goes(void**) {
+  render_noisy();
+  begin();
+  assert_status(run(1), VoStatus::kMotion);
+  assert_false(vo.halved());
+  const Vec3 uv1(160.0, 120.0, 1.0);
+  const double d_px = vo.disparity_plane().dot(uv1);
+  VoStatus status = run_noisy(2);  // may be too noisy to be measured from a reference of the smaller pixels
+  assert_true(vo.halved());
+  assert_true(status == VoStatus::kMotion || status == VoStatus::kFewMatches);
+  assert_near(vo.disparity_plane().dot(uv1), d_px, 0.7);
+  for (int k = 3; k < 6; ++k) {
+    assert_status(run_noisy(k), VoStatus::kMotion);
+    assert_noisy_step(k);
+  }
+  assert_status(run(6), VoStatus::kMotion);
+  assert_noisy_step(6);
+  assert_false(vo.halved());
+  assert_near(vo.disparity_plane().dot(uv1), d_px, 0.7);
+  assert_status(run(7), VoStatus::kMotion);
+  assert_good_step(6, 7);
+}
+
+/// A pair that shows nothing at either size leaves size and reference as they were.
+void test_noise_that_hides_all(void**) {
+  begin();
+  Random random(9);
+  for (int side = 0; side < 2; ++side) {
+    for (std::uint8_t& p : scratch[side]) {
+      const double grey = 128.0 + 40.0 * test::normal(random);
+      p = static_cast<std::uint8_t>(grey > 254.0 ? 254.0 : (grey < 1.0 ? 1.0 : grey));
+    }
+  }
+  const VoStatus status = run(vo, view(scratch[0]), view(scratch[1]));
+  assert_true(status == VoStatus::kFewStereo);
+  assert_false(vo.halved());
+  assert_status(run(1), VoStatus::kMotion);
+  assert_good_step(0, 1);
+}
+
+void test_the_papers_way_knows_no_noise(void**) {
+  render_noisy();
+  VoParams paper;
+  paper.paper_exact = true;
+  assert_true(vo.init(paper, kRig));
+  static_cast<void>(run_noisy(0));
+  assert_false(vo.halved());
+}
+
+void test_noise_in_slices(void**) {
+  render_noisy();
+  begin();
+  assert_true(sliced.init({}, kRig));
+  for (int k = 0; k < 4; ++k) {
+    const bool noisy = k == 1 || k == 2;
+    const ImageU8 left = view(noisy ? noisy_left[k] : left_pixels[k]);
+    const ImageU8 right = view(noisy ? noisy_right[k] : right_pixels[k]);
+    if (k > 0) static_cast<void>(run(vo, left, right));
+    assert_status(sliced.start(left, right), VoStatus::kRunning);
+    assert_true(test::run_in_slices(sliced) > 100);
+    assert_status(sliced.status(), vo.status());
+    assert_true(sliced.halved() == vo.halved());
+    assert_true(sliced.result().T_prev_cur.t == vo.result().T_prev_cur.t);
+    assert_true(sliced.result().covariance == vo.result().covariance);
+    assert_true(sliced.disparity_plane() == vo.disparity_plane());
+  }
+}
+
 bool same(const VoResult& a, const VoResult& b) {
   return a.T_prev_cur.t == b.T_prev_cur.t && a.T_prev_cur.q.coeffs() == b.T_prev_cur.q.coeffs() &&
          a.covariance == b.covariance && a.features_left == b.features_left &&
@@ -451,6 +557,11 @@ int main() {
       cmocka_unit_test(test_priors),
       cmocka_unit_test(test_rigs),
       cmocka_unit_test(test_init_forgets),
+      cmocka_unit_test(test_noise_is_looked_at_halved),
+      cmocka_unit_test(test_noise_comes_and_goes),
+      cmocka_unit_test(test_noise_that_hides_all),
+      cmocka_unit_test(test_the_papers_way_knows_no_noise),
+      cmocka_unit_test(test_noise_in_slices),
       cmocka_unit_test(test_slices_give_the_same_bits),
   };
   return cmocka_run_group_tests_name("visual_odometry", tests, render_all, nullptr);

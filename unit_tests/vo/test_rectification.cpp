@@ -151,6 +151,56 @@ void test_little_evidence_stays_at_the_prior(void**) {
   for (int k = 0; k < 4; ++k) assert_near(estimator.angles()[k], 0.0, 1.0e-3);
 }
 
+/// What was learnt in one size of pixels corrects matches seen in the other, as before; back, it is the same
+/// to the bit.
+void test_rescaled(void**) {
+  const Angles truth = angles_of(0.4e-3, -0.6e-3, 0.5e-3, 0.8e-3);
+  RectificationParams params;
+  params.columns_px = 0.4;
+  RectificationEstimator estimator;
+  estimator.init(params, kRig);
+  estimator.set_rows(0.8);
+  Random random(12);
+  for (int k = 0; k < 20; ++k) {
+    for (int i = 0; i < 300; ++i) {
+      StereoPixel px = see(random_point(random), truth);
+      px.v_right += 0.8;
+      estimator.observe(px);
+    }
+    estimator.observe_motion({100.0, 30.0, 10.0, 0.01, 0.2});
+    estimator.end_frame();
+  }
+  assert_true(estimator.offset().rows_px > 0.3);
+  assert_true(estimator.offset().columns_px != 0.4);
+  const RectificationEstimator before = estimator;
+  const StereoRig half = halved(kRig);
+  const auto in_half = [](double px) { return 0.5 * (px - 0.5); };
+  const StereoPixel seen = see(Vec3(0.3, 0.2, 1.7), truth);
+  const StereoPixel seen_half = {in_half(seen.u_left), in_half(seen.v_left), in_half(seen.u_right),
+                                 in_half(seen.v_right)};
+  for (int frame = 0; frame < 2; ++frame) {  // as it is, and as the evidence says at the end of a frame
+    const StereoPixel expected = before.correct(seen);
+    if (frame == 0) estimator.rescale(half, 0.5);
+    const StereoPixel got = estimator.correct(seen_half);
+    const double tolerance_px = frame == 0 ? 1e-9 : 0.03;  // what is faked is as large in any pixels
+    assert_near(from_halved(got.u_right), expected.u_right, tolerance_px);
+    assert_near(from_halved(got.v_right), expected.v_right, tolerance_px);
+    if (frame == 0) {
+      RectificationEstimator back = estimator;
+      back.rescale(kRig, 2.0);
+      assert_true(back.angles() == before.angles());
+      back.end_frame();
+      RectificationEstimator went_on = before;
+      went_on.end_frame();
+      assert_true(back.angles() == went_on.angles());
+      assert_true(back.offset().rows_px == went_on.offset().rows_px);
+      assert_true(back.offset().columns_px == went_on.offset().columns_px);
+      assert_true(back.offset().lens == went_on.offset().lens);
+    }
+    estimator.end_frame();
+  }
+}
+
 void test_gate(void**) {
   RectificationParams params;
   RectificationEstimator estimator;
@@ -413,6 +463,7 @@ int main() {
       cmocka_unit_test(test_noisy_matches),
       cmocka_unit_test(test_one_estimate_a_frame),
       cmocka_unit_test(test_little_evidence_stays_at_the_prior),
+      cmocka_unit_test(test_rescaled),
       cmocka_unit_test(test_gate),
       cmocka_unit_test(test_rows),
       cmocka_unit_test(test_few_rows_are_none),
