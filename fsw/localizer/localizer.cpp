@@ -341,6 +341,7 @@ void Localizer::forget_relief() {
 
 void Localizer::mark_reference() {
   at_reference_ = T_site_rover_;
+  spanned_ = unseen_ + 1;
   watch_.used();
   fusion_.give_up();
   tilt_.give_up();
@@ -440,10 +441,12 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
   return cfg::kHaveLandmarks ? step_relief(budget) : Progress::kDone;
 }
 
-/// 3 sigma is the bound, as of frames without a motion.
+/// 3 sigma is the bound, as of frames without a motion: what was measured and what was driven may each be as
+/// long as VO holds possible, over all frames that VO measured at once.
 void Localizer::jumped() {
-  const double xy = 2.0 / 3.0 * params_.vo.max_step_m;
-  const double yaw = 2.0 / 3.0 * params_.vo.max_step_rad;
+  const double steps = 2.0 / 3.0 * spanned_;
+  const double xy = steps * params_.vo.max_step_m;
+  const double yaw = steps * params_.vo.max_step_rad;
   fusion_.doubt(xy, yaw);
   tilt_.doubt(xy, yaw);
   if (heading_.waiting) pass_over_heading();
@@ -451,6 +454,9 @@ void Localizer::jumped() {
   forget_relief();
   carried_.reset();
   pose_source_ = PoseSource::kDoubted;
+  --health_.watch[static_cast<std::size_t>(watch_status_)];
+  watch_status_ = WatchStatus::kJumped;
+  ++health_.watch[static_cast<std::size_t>(watch_status_)];
   trust_.on(TrustEvent::kDoubted);
 }
 

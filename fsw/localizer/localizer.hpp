@@ -342,9 +342,10 @@ class Localizer {
     Pose3 vo;         ///< VO alone
   };
   Track T_site_rover_;
-  Track at_reference_;        ///< at the last frame that VO measured, began from or gave up
-  std::uint32_t unseen_ = 0;  ///< frames since then
-  bool primed_ = true;        ///< all of these had a motion prior, and this one has
+  Track at_reference_;         ///< at the last frame that VO measured, began from or gave up
+  std::uint32_t unseen_ = 0;   ///< frames since then
+  std::uint32_t spanned_ = 1;  ///< steps that the last measurement made one of
+  bool primed_ = true;         ///< all of these had a motion prior, and this one has
   Pose3 prior_;
   bool have_prior_ = false;
   Pose2 T_map_site_start_;

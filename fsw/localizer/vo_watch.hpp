@@ -39,8 +39,9 @@ enum class CAIRN_NODISCARD WatchStatus : std::uint8_t {
   kContradicted,  ///< the motion prior tells of another motion
   kOwnHardware,   ///< points stand still in the picture while the others move: they were left out
   kMostlyStill,   ///< these are most of what is seen: perhaps the rover stands, and something else moves
+  kJumped,        ///< boulders in view are not where they were (boulder_tracks.hpp): VO missed a motion
 };
-inline constexpr std::size_t kWatchStatusCount = 5;
+inline constexpr std::size_t kWatchStatusCount = 6;
 static_assert(enum_has<WatchStatus, kWatchStatusCount>());
 
 struct WatchParams {

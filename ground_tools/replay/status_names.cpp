@@ -82,7 +82,8 @@ std::string map_fix_status_name(std::uint8_t value) {
 }
 
 std::string watch_status_name(std::uint8_t value) {
-  static const char* const names[] = {"clear", "frozen", "contradicted", "own_hardware", "mostly_still"};
+  static const char* const names[] = {"clear",        "frozen",       "contradicted",
+                                      "own_hardware", "mostly_still", "jumped"};
   return pick<kWatchStatusCount>(names, value);
 }
 

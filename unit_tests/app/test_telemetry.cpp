@@ -176,7 +176,7 @@ HealthReport health_report() {
 
 PacketBytes health_bytes() {
   PacketBytes b(5, kSequence);
-  for (std::uint32_t i = 1; i <= 83; ++i) b.u32(0xA0000000U + i);
+  for (std::uint32_t i = 1; i <= 84; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
   b.u32(0x01020304U);
   b.finish();
@@ -238,7 +238,7 @@ void test_every_byte_is_as_the_icd_says(void**) {
   check_round_trip(fix_report(), fix_bytes(), 2, 104);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 349);
+  check_round_trip(health_report(), health_bytes(), 5, 353);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -313,7 +313,7 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FrameReport>(fix_bytes(), 104), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 349), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 353), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
   assert_status(status_of<UploadReport>(frame_bytes(), 206), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {
