@@ -5,12 +5,33 @@
 #include <cstdlib>
 
 #include "cmap/cmap_file.hpp"
+#include "localizer/landmarks.hpp"
 
 namespace cairn::bench {
 namespace {
 
-constexpr double kNoise_m = 0.045;
 constexpr double kQuantum_m = 0.002;
+
+/// In axes of the way.
+bool is_seen(const LostCase& lost, const Vec2& p) {
+  if (lost.half_band_m == 0.0) return p.norm() <= lost.radius_m;
+  return std::fabs(p.x()) <= lost.radius_m && std::fabs(p.y()) <= lost.half_band_m;
+}
+
+Vec2 seen_at_random(const LostCase& lost, Rng& rng) {
+  if (lost.half_band_m > 0.0)
+    return {uniform(rng, -lost.radius_m, lost.radius_m), uniform(rng, -lost.half_band_m, lost.half_band_m)};
+  const double r = lost.radius_m * std::sqrt(uniform(rng, 0.0, 1.0));
+  const double a = uniform(rng, -kPi, kPi);
+  return {r * std::cos(a), r * std::sin(a)};
+}
+
+/// As odometry has it.
+Vec2 drifted(const LostCase& lost, const Vec2& p) {
+  const double turned = lost.bend_per_m * p.x();
+  const Vec2 bent(p.x() - turned * p.y(), p.y() + 0.5 * turned * p.x());
+  return lost.scale * bent;
+}
 
 float diameter(Rng& rng) {
   return static_cast<float>(0.1 * std::min(20.0, std::pow(uniform(rng, 1e-9, 1.0), -0.5)));
@@ -59,28 +80,27 @@ LostResult LostRover::look(const LostCase& lost, std::uint64_t seed, int number)
   const Pose2 truth{uniform(rng, lost.radius_m, lost.side_m - lost.radius_m),
                     uniform(rng, lost.radius_m, lost.side_m - lost.radius_m), uniform(rng, -kPi, kPi)};
   const Vec2 centre = truth.translation();
+  const Pose2 T_site_map = truth.inverse();
   std::vector<MapBoulder> near;
   for (const MapBoulder& b : boulders_) {
-    if ((b.p_map_m - centre).norm() <= lost.radius_m) near.push_back(b);
+    if (is_seen(lost, T_site_map * b.p_map_m)) near.push_back(b);
   }
   std::shuffle(near.begin(), near.end(), rng);
   // Where there are not as many, those that there are.
   near.resize(std::min(near.size(), static_cast<std::size_t>(lost.truths)));
-  for (MapBoulder& b : near) b.p_map_m += kNoise_m * Vec2(gauss(rng), gauss(rng));
+  for (MapBoulder& b : near)
+    b.p_map_m = drifted(lost, T_site_map * b.p_map_m) + lost.noise_m * Vec2(gauss(rng), gauss(rng));
   for (int i = 0; i < lost.others; ++i) {
     MapBoulder b;
-    const double r = lost.radius_m * std::sqrt(uniform(rng, 0.0, 1.0));
-    const double a = uniform(rng, -kPi, kPi);
-    b.p_map_m = centre + r * Vec2(std::cos(a), std::sin(a));
+    b.p_map_m = seen_at_random(lost, rng);
     b.diameter_m = diameter(rng);
     near.push_back(b);
   }
   std::shuffle(near.begin(), near.end(), rng);
   LocalMap local;
-  const Pose2 T_site_map = truth.inverse();
   for (const MapBoulder& b : near) {
     LocalBoulder seen;
-    seen.p_site_m = T_site_map * b.p_map_m;
+    seen.p_site_m = b.p_map_m;
     seen.id = static_cast<std::uint32_t>(local.size());
     seen.sightings = 5;
     if (lost.size_noise > 0.0)
@@ -89,6 +109,11 @@ LostResult LostRover::look(const LostCase& lost, std::uint64_t seed, int number)
   }
   MapFixParams params;
   if (lost.size_noise > 0.0) params.search.evidence.size_sigma = 1.2 * lost.size_noise;
+  if (lost.pixel_m > 0.0) {  // as Localizer::start_stage has it
+    params.search.evidence.sigma_pair_m = params.lost.sigma_pair_m =
+        LandmarkParams().pixel_share * lost.pixel_m;
+    params.search.verdict.calibration = 0.0;
+  }
   LostResult out;
   WorkBudget all = WorkBudget::unlimited();
   const Pose2 nowhere{0.5 * lost.side_m, 0.5 * lost.side_m, 0.0};

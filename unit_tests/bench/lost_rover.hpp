@@ -1,5 +1,5 @@
 /// A rover that is lost, on the parameters that fly: MapFix::start_lost on a map as the ground segment
-/// encodes it. Boulders lie scattered, the errors of pairs are 0.045 m on an axis.
+/// encodes it. Boulders lie scattered.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +15,15 @@ struct LostCase {
   double side_m;
   int boulders;  ///< of the map
   double radius_m;
-  int truths;         ///< local boulders within radius_m; 0: all are others
-  int others;         ///< and at random beside them
-  double size_noise;  ///< of ln(diameter) seen; 0: no diameters
+  int truths;              ///< local boulders within radius_m; 0: all are others
+  int others;              ///< and at random beside them
+  double size_noise;       ///< of ln(diameter) seen; 0: no diameters
+  double noise_m = 0.045;  ///< of a pair, on an axis
+  // Landmarks of a way, for a map of coarse pixels:
+  double half_band_m = 0.0;  ///< seen either side of a way from -radius_m to radius_m; 0: a disc
+  double pixel_m = 0.0;      ///< of the map; 0: a fine one, and the parameters are those of the window
+  double scale = 1.0;        ///< lengths of the way as odometry has it
+  double bend_per_m = 0.0;   ///< radians a metre that odometry turns too far
 };
 
 struct LostResult {
