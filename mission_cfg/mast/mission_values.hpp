@@ -27,9 +27,7 @@ inline constexpr Mission kMission = [] {
   m.max_local_boulders = 512;   // more ground in view
   m.max_cluster_points = 2048;
   m.map_window_radius_m = 12.0;
-  m.max_wide_map_boulders = 64000;  // of 0.75 m and more on a square kilometre at k = 0.3
-  m.occupancy_bits = 8 * 1024 * 1024;
-  m.map_fix_max_bytes = 4 * 1024 * 1024;
+  m.max_wide_map_boulders = 32000;  // a square kilometre at k = 0.15 has 21,000 of 0.75 m and more
   m.icp_job_max_bytes = 320 * 1024;
   m.root_max_bytes = 64 * 1024 * 1024;
   return m;

@@ -799,9 +799,8 @@ void suite_lost() {
   lost_rows(rows);
 }
 
-/// The same of landmarks: a way of 60 m with a mast rig, on a map of 25 cm a pixel, odometry a little long and
-/// bent. Boulders of 0.75 m and more by the rock-size law; of ten, seven are on the map and found, and six
-/// others beside.
+/// The same of landmarks: a way of 60 m with a mast rig, on a map of 25 cm a pixel, odometry a little long
+/// and bent. Boulders of 0.75 m and more by the rock-size law; of ten about seven are on the map and found.
 void suite_coarse() {
   if (!cfg::kHaveLandmarks) {
     std::printf("\ncoarse: mission %s keeps no landmarks; MISSION=mast does\n", cfg::kMission.name);
@@ -819,9 +818,9 @@ void suite_coarse() {
   const LostRow rows[] = {{"1 km2, k 0.15: 15 true, 11 others", way(1000.0, 21000, 15, 11, 0.14)},
                           {"the same, pairs good to 0.20 m", way(1000.0, 21000, 15, 11, 0.20)},
                           {"1 km2, k 0.10: 8 true, 6 others", way(1000.0, 10000, 8, 6, 0.14)},
-                          {"1 km2, k 0.30: 42 true, 30 others", way(1000.0, 60000, 42, 30, 0.14)},
+                          {"0.5 km2, k 0.30: 42 true, 30 others", way(700.0, 30000, 42, 30, 0.14)},
                           {"1 km2, k 0.15: 26 of another place", way(1000.0, 21000, 0, 26, 0.14)},
-                          {"1 km2, k 0.30: 72 of another place", way(1000.0, 60000, 0, 72, 0.14)}};
+                          {"0.5 km2, k 0.30: 72 of another place", way(700.0, 30000, 0, 72, 0.14)}};
   head("coarse: lost on a map of 25 cm, landmarks of 60 m (Mops: of the flight module)");
   lost_rows(rows);
 }
