@@ -389,6 +389,16 @@ void FlightApp::report_health() {
   r.lost_packets = lost_packets_;
   r.map_status = static_cast<std::uint8_t>(map_status_);
   r.map_crc = localizer_.map().head_crc();
+  r.halved = health.halved;
+  const ImageOffset offset = localizer_.vo().offset();
+  r.rows_px = static_cast<float>(offset.rows_px);
+  r.columns_px = static_cast<float>(offset.columns_px);
+  r.lens = static_cast<float>(offset.lens);
+  const RectificationEstimator::Angles& angles = localizer_.vo().rectification().angles();
+  r.turn_x_rad = static_cast<float>(angles[0]);
+  r.turn_z_rad = static_cast<float>(angles[1]);
+  r.baseline_y_rad = static_cast<float>(angles[2]);
+  r.baseline_z_rad = static_cast<float>(angles[3]);
   send(r);
 }
 

@@ -113,6 +113,14 @@ void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.lost_packets);
   w.field(r.map_status);
   w.field(r.map_crc);
+  w.field(r.halved);
+  w.field(r.rows_px);
+  w.field(r.columns_px);
+  w.field(r.lens);
+  w.field(r.turn_x_rad);
+  w.field(r.turn_z_rad);
+  w.field(r.baseline_y_rad);
+  w.field(r.baseline_z_rad);
 }
 
 template <typename Walker, typename Report>

@@ -124,7 +124,7 @@ struct AckReport {
   std::uint32_t newest = 0;
 };
 
-/// Counts since the start, once a major frame.
+/// Counts since the start, and what is learnt of the rig beyond its calibration; once a major frame.
 struct HealthReport {
   static constexpr TelemetryType kType = TelemetryType::kHealth;
   std::uint32_t frames = 0;                                   ///< begun
@@ -153,6 +153,14 @@ struct HealthReport {
   std::uint8_t map_status = 0;
   /// head CRC of the map in use, which tells it from all others; 0 where there is none
   std::uint32_t map_crc = 0;
+  std::uint32_t halved = 0;     ///< frames whose images were looked at halved, for their noise
+  float rows_px = 0.0F;         ///< by which right images lie lower
+  float columns_px = 0.0F;      ///< by which they lie to the right: disparities are short by it
+  float lens = 0.0F;            ///< distortion of both cameras, division model: about k1; 0: none
+  float turn_x_rad = 0.0F;      ///< of the right camera about x
+  float turn_z_rad = 0.0F;      ///< and about z
+  float baseline_y_rad = 0.0F;  ///< direction of the baseline in the left camera, (1, y, z)
+  float baseline_z_rad = 0.0F;  ///< the same
 };
 
 /// How the upload of a map stands: when one is begun, complete, verified or in use, and on command.

@@ -198,6 +198,7 @@ Progress Localizer::step_vo(WorkBudget& budget) {
 void Localizer::take_vo_result() {
   const VoStatus status = vo_.status();
   ++health_.vo[static_cast<std::size_t>(status)];
+  health_.halved += vo_.halved() ? 1U : 0U;
   switch (status) {
     case VoStatus::kMotion: pose_source_ = measured() ? PoseSource::kVo : PoseSource::kDoubted; break;
     case VoStatus::kFirstFrame:

@@ -188,6 +188,7 @@ struct LocalizerHealth {
   std::array<std::uint32_t, kVoStatusCount> vo{};             ///< by VoStatus
   std::array<std::uint32_t, kObserveStatusCount> boulders{};  ///< by ObserveStatus
   std::array<std::uint32_t, kFixStatusCount> fixes{};         ///< by FixStatus
+  std::uint32_t halved = 0;                                   ///< frames looked at halved, for their noise
   std::uint32_t extrapolated = 0;
   std::uint32_t abandoned_boulders = 0;  ///< frames whose boulders were not finished in time
   std::uint32_t dropped_tracks = 0;

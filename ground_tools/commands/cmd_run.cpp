@@ -241,7 +241,8 @@ void run(RunOptions options) {
   const std::string doubt = motion.measured > 0 ? truth_words(errors, replay) : std::string();
   if (!doubt.empty()) warn(doubt);
   if (motion.unmeasured() == 0) return;
-  const std::string cause = source.fault.words.empty() ? motion.cause() : source.fault.words;
+  const std::string cause =
+      source.fault.words.empty() || motion.noisy || motion.lens != 0.0 ? motion.cause() : source.fault.words;
   if (motion.measured > 0) {
     warn(fmt::format("{}: {}", motion.words(), cause));
     return;

@@ -219,6 +219,9 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
                static_cast<double>(end - options.first_frame));
   }
   replay.health = app::root.localizer().health();
+  replay.offset = app::root.localizer().vo().offset();
+  for (int k = 0; k < 4; ++k)
+    replay.angles[static_cast<std::size_t>(k)] = app::root.localizer().vo().rectification().angles()[k];
   replay.executive = app::root.executive().counts();
   return replay;
 }

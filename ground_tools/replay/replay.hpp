@@ -56,6 +56,8 @@ struct Replay {
   std::vector<FixPair> pairs;                            ///< of applied fixes; not in telemetry either
   std::map<std::uint32_t, app::BoulderReport> boulders;  ///< the last report of each
   LocalizerHealth health;
+  ImageOffset offset;              ///< of the rig beyond its calibration, as known at the end
+  std::array<double, 4> angles{};  ///< likewise, rad: turns about x and z, baseline's y and z
   app::ExecutiveCounts executive;
   std::uint8_t map_status = 0;
   std::uint32_t unreadable_images = 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "replay/status_names.hpp"
 
@@ -67,8 +68,14 @@ std::string MotionCounts::words() const {
 }
 
 std::string MotionCounts::cause() const {
-  const auto most = std::max_element(why.begin(), why.end());
-  switch (static_cast<VoStatus>(most - why.begin())) {
+  const auto most = static_cast<VoStatus>(std::max_element(why.begin(), why.end()) - why.begin());
+  const bool few =
+      most == VoStatus::kFewStereo || most == VoStatus::kFewMatches || most == VoStatus::kNoConsensus;
+  if (few && noisy) return "images are too noisy for what the ground shows";
+  if (few && lens != 0.0) {
+    return fmt::format("the lens seems distorted beyond what the calibration tells (k1 about {:.3f})", lens);
+  }
+  switch (most) {
     case VoStatus::kBadImage: return "images are missing, unreadable, or of another size";
     case VoStatus::kFewFeatures: return "images show too little texture (dark, saturated, blurred?)";
     case VoStatus::kFewStereo:
@@ -87,6 +94,7 @@ std::string MotionCounts::cause() const {
 MotionCounts motion_counts(const Replay& replay) {
   MotionCounts counts;
   counts.frames = replay.frames.size();
+  counts.lens = replay.offset.lens;
   for (const ReplayFrame& f : replay.frames) {
     const auto source = static_cast<PoseSource>(f.report.pose_source);
     if (source == PoseSource::kStart || source == PoseSource::kNone) continue;
@@ -96,7 +104,22 @@ MotionCounts motion_counts(const Replay& replay) {
     counts.by_prior += source == PoseSource::kPrior ? 1U : 0U;
     if (source != PoseSource::kVo) ++counts.why.at(f.report.vo_status);
   }
+  counts.noisy = replay.health.halved > counts.unmeasured();
   return counts;
+}
+
+std::string rig_words(const Replay& replay) {
+  std::string words;
+  const auto add = [&words](const std::string& text) { words += (words.empty() ? "" : "; ") + text; };
+  const ImageOffset& o = replay.offset;
+  if (o.rows_px != 0.0)
+    add(fmt::format("right images lie {:.2f} px {}", std::fabs(o.rows_px),
+                    o.rows_px > 0.0 ? "lower" : "higher"));
+  if (o.columns_px != 0.0)
+    add(fmt::format("disparities are {:.2f} px too {}", std::fabs(o.columns_px),
+                    o.columns_px > 0.0 ? "short" : "long"));
+  if (o.lens != 0.0) add(fmt::format("lens k1 of about {:.3f}", o.lens));
+  return words;
 }
 
 std::string truth_words(const RunErrors& errors, const Replay& replay) {
@@ -144,6 +167,10 @@ ordered_json summary_json(const RunTitle& title, const Replay& replay, const Run
         {"scale", replay.frames.back().report.scale},
         {"turn_deg_per_m", replay.frames.back().report.turn_rad_per_m * static_cast<float>(kDegPerRad)}};
   }
+  s["rig"] = {{"rows_px", replay.offset.rows_px},  {"columns_px", replay.offset.columns_px},
+              {"lens", replay.offset.lens},        {"turn_x_rad", replay.angles[0]},
+              {"turn_z_rad", replay.angles[1]},    {"baseline_y_rad", replay.angles[2]},
+              {"baseline_z_rad", replay.angles[3]}};
   const MotionCounts motion = motion_counts(replay);
   s["counts"]["poses"] = {{"measured", motion.measured},
                           {"held", motion.held},
@@ -156,6 +183,7 @@ ordered_json summary_json(const RunTitle& title, const Replay& replay, const Run
   s["counts"]["headings"] = counts_json(replay.health.headings, attitude_status_name);
   s["counts"]["overruns"] = counts_json(replay.executive.overruns, task_name);
   s["counts"]["unreadable_images"] = replay.unreadable_images;
+  s["counts"]["halved"] = replay.health.halved;
   s["counts"]["extrapolated"] = replay.health.extrapolated;
   s["counts"]["abandoned_boulders"] = replay.health.abandoned_boulders;
   s["counts"]["dropped_tracks"] = replay.health.dropped_tracks;
@@ -189,6 +217,8 @@ void print_table(const Replay& replay, const RunErrors& errors) {
   }
   fmt::print("{} frames, {} fixes applied of {}, {} ground boulders\n", replay.frames.size(), applied,
              replay.fixes.size(), replay.boulders.size());
+  if (const std::string rig = rig_words(replay); !rig.empty())
+    fmt::print("found out on board of the rig: {}\n", rig);
   const auto count = [](const auto& of, AttitudeStatus status) {
     return of[static_cast<std::size_t>(status)];
   };

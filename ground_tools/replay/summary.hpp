@@ -44,6 +44,8 @@ struct MotionCounts {
   std::size_t extrapolated = 0;
   std::size_t by_prior = 0;
   std::array<std::uint32_t, kVoStatusCount> why{};  ///< of those not measured, by `VoStatus`
+  bool noisy = false;  ///< more frames than those were looked at halved, for their noise
+  double lens = 0.0;   ///< as estimated on board
 
   std::size_t unmeasured() const { return held + extrapolated + by_prior; }
   /// `of 50 frames 7 held, 2 extrapolated`
@@ -52,6 +54,10 @@ struct MotionCounts {
   std::string cause() const;
 };
 MotionCounts motion_counts(const Replay& replay);
+
+/// What was found out on board of the rig beyond its calibration, where that is more than a perfect rig's
+/// matches fake; else empty.
+std::string rig_words(const Replay& replay);
 
 /// Where VO and truth can hardly be of the same drive, a line that says so and what to look at; else empty:
 /// on 0.3 m or more, VO's path is longer or shorter by a quarter or more, or ends a quarter of it off.

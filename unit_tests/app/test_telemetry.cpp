@@ -171,6 +171,14 @@ HealthReport health_report() {
   r.lost_packets = next++;
   r.map_status = 0x77;
   r.map_crc = 0x01020304U;
+  r.halved = 0x05060708U;
+  r.rows_px = 0.5F;
+  r.columns_px = -0.25F;
+  r.lens = -2.0F;
+  r.turn_x_rad = 1.5F;
+  r.turn_z_rad = -1.0F;
+  r.baseline_y_rad = 3.0F;
+  r.baseline_z_rad = -4.0F;
   return r;
 }
 
@@ -179,6 +187,10 @@ PacketBytes health_bytes() {
   for (std::uint32_t i = 1; i <= 84; ++i) b.u32(0xA0000000U + i);
   b.u8(0x77);
   b.u32(0x01020304U);
+  b.u32(0x05060708U);
+  for (const std::uint32_t v :
+       {0x3F000000U, 0xBE800000U, 0xC0000000U, 0x3FC00000U, 0xBF800000U, 0x40400000U, 0xC0800000U})
+    b.u32(v);
   b.finish();
   return b;
 }
@@ -238,7 +250,7 @@ void test_every_byte_is_as_the_icd_says(void**) {
   check_round_trip(fix_report(), fix_bytes(), 2, 104);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 353);
+  check_round_trip(health_report(), health_bytes(), 5, 385);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -313,7 +325,7 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FrameReport>(fix_bytes(), 104), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 353), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 385), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
   assert_status(status_of<UploadReport>(frame_bytes(), 206), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {

@@ -143,6 +143,7 @@ void check(const app::AckReport& r) {
 }
 void check(const app::HealthReport& r) {
   below(r.map_status, kMapStatusCount);
+  finite(r.rows_px, r.columns_px, r.lens, r.turn_x_rad, r.turn_z_rad, r.baseline_y_rad, r.baseline_z_rad);
   machine->health = r;
 }
 void check(const app::UploadReport& r) {
