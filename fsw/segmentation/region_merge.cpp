@@ -105,16 +105,18 @@ void RegionMergeJob::begin_pairs() {
 }
 
 /// False: the pair was looked at a short while ago.
-inline bool RegionMergeJob::compare(std::uint16_t low, std::uint16_t high) {
-  const std::uint32_t pair = std::uint32_t{low} << 16U | high;
+inline bool RegionMergeJob::compare(std::uint16_t low_number, std::uint16_t high_number) {
+  const std::uint32_t low = low_number;
+  const std::uint32_t high = high_number;
+  const std::uint32_t pair = low << 16U | high;
   std::uint32_t& recent = recent_[(low ^ (high << 2U)) % kRecentPairs];
   if (recent == pair) return false;
   recent = pair;
-  const std::uint32_t difference_q8 = difference(map_->mean_q8(low), map_->mean_q8(high));
-  const std::uint32_t offer_to_low = difference_q8 << 16U | high;
-  const std::uint32_t offer_to_high = difference_q8 << 16U | low;
-  if (offer_to_low < nearest_[low]) nearest_[low] = offer_to_low;
-  if (offer_to_high < nearest_[high]) nearest_[high] = offer_to_high;
+  const std::uint32_t mean_low = map_->mean_q8(low_number);
+  const std::uint32_t mean_high = map_->mean_q8(high_number);
+  const std::uint32_t shifted = (mean_low > mean_high ? mean_low - mean_high : mean_high - mean_low) << 16U;
+  if ((shifted | high) < nearest_[low]) nearest_[low] = shifted | high;
+  if ((shifted | low) < nearest_[high]) nearest_[high] = shifted | low;
   return true;
 }
 
@@ -144,15 +146,20 @@ void RegionMergeJob::look_at(std::uint16_t a, std::uint16_t b) {
   }
 }
 
+/// What the loop counts is a copy, which can stay in a register.
 void RegionMergeJob::go_over_pairs(int first, int last) {
+  std::uint32_t* kept = pair_ + kept_;
   for (int i = first; i < last; ++i) {
-    const std::uint16_t a = map_->parent(static_cast<std::uint16_t>(pair_[i] >> 16U));
-    const std::uint16_t b = map_->parent(static_cast<std::uint16_t>(pair_[i] & 0xFFFFU));
-    if (a == b) continue;
-    const std::uint16_t low = a < b ? a : b;
-    const std::uint16_t high = a < b ? b : a;
-    if (compare(low, high)) pair_[kept_++] = std::uint32_t{low} << 16U | high;
+    const std::uint32_t pair = pair_[i];
+    const std::uint16_t a = map_->parent(static_cast<std::uint16_t>(pair >> 16U));
+    const std::uint16_t b = map_->parent(static_cast<std::uint16_t>(pair));
+    if (a < b) {
+      if (compare(a, b)) *kept++ = std::uint32_t{a} << 16U | b;
+    } else if (b < a) {
+      if (compare(b, a)) *kept++ = std::uint32_t{b} << 16U | a;
+    }
   }
+  kept_ = static_cast<int>(kept - pair_);
 }
 
 void RegionMergeJob::join(int first, int last) {
