@@ -2,11 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace cairn::ground {
 namespace {
 
 constexpr double kMostDeviation = 3.0;
+constexpr std::size_t kLogRoundness = 7;  // of the features
+constexpr std::size_t kLogAcross = 11;
+constexpr double kOwnHalfWidth_px = 2.5;  // from here on an outline is as wide as what it was fitted to
+constexpr double kLeastLogFactor = -0.9;  // of the size
+constexpr double kMostLogFactor = 0.0;
 
 /// How the hollow stands against the boulder: log of the ratio of what they explain.
 double against(const HollowFit& hollow, double pair) {
@@ -27,7 +33,7 @@ double width(const HollowFit& h, double across_px) {
 
 ShadowFeatures shadow_features(const ShadowFit& f, double tan_elevation) {
   const double contrast = f.ground - f.dark;
-  return {
+  ShadowFeatures features = {
       std::log(contrast / f.noise),
       contrast / std::max(1.0, f.ground),
       std::clamp(f.beside, -0.5, 1.0),
@@ -51,25 +57,42 @@ ShadowFeatures shadow_features(const ShadowFit& f, double tan_elevation) {
       std::clamp(f.band, -0.5, 1.0),
       std::clamp(f.ridge, -1.0, 2.0),
   };
+  std::copy(f.picture.begin(), f.picture.end(), features.begin() + kShadowMeasures);
+  return features;
 }
 
-ShadowTerms shadow_terms(const ShadowFeatures& features, const ShadowModel& model) {
-  std::array<double, kShadowFeatures + 1> x;
+ShadowWeights scaled(const ShadowFeatures& features, const ShadowModel& model) {
+  ShadowWeights x;
   x[0] = 1.0;
   for (std::size_t i = 0; i < kShadowFeatures; ++i)
     x[i + 1] = std::clamp((features[i] - model.middle[i]) / model.spread[i], -kMostDeviation, kMostDeviation);
-  ShadowTerms terms;
-  std::size_t k = 0;
+  return x;
+}
+
+ShadowHidden hidden_layer(const ShadowWeights& x, const ShadowModel& model) {
+  ShadowHidden y{};
   for (std::size_t i = 0; i < x.size(); ++i)
-    for (std::size_t j = i; j < x.size(); ++j) terms[k++] = x[i] * x[j];
-  return terms;
+    for (std::size_t k = 0; k < kShadowHidden; ++k) y[k] += model.hidden[i][k] * x[i];
+  for (double& of : y) of /= 1.0 + std::fabs(of);
+  return y;
 }
 
 double shadow_confidence(const ShadowFeatures& features, const ShadowModel& model) {
-  const ShadowTerms terms = shadow_terms(features, model);
-  double z = 0.0;
-  for (std::size_t i = 0; i < kShadowTerms; ++i) z += model.weights[i] * terms[i];
+  const ShadowHidden y = hidden_layer(scaled(features, model), model);
+  const double z = std::inner_product(y.begin(), y.end(), model.out.begin(), model.out_0);
   return 1.0 / (1.0 + std::exp(-z));
+}
+
+bool shadow_size_is_bound(const ShadowFeatures& features) {
+  const double log_half_width = features[kLogAcross] + 0.5 * features[kLogRoundness];
+  return log_half_width < std::log(kOwnHalfWidth_px);
+}
+
+double shadow_size_factor(const ShadowFeatures& features, const ShadowModel& model) {
+  if (!shadow_size_is_bound(features)) return 1.0;
+  const ShadowWeights x = scaled(features, model);
+  const double log_factor = std::inner_product(x.begin(), x.end(), model.size.begin(), 0.0);
+  return std::exp(std::clamp(log_factor, kLeastLogFactor, kMostLogFactor));
 }
 
 }  // namespace cairn::ground

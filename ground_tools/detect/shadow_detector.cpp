@@ -16,7 +16,9 @@ namespace {
 constexpr double kMostOwn_px = 7.5;
 constexpr double kLeastAcross_px = 3.2;
 constexpr int kRounds = 3;  ///< of beating what overlaps
-constexpr double kMostSize_px = std::max(1.35 * kFitMostAcross_px, kMostHollow_px);
+constexpr double kMostBoulder_px = 1.35 * kFitMostAcross_px;
+constexpr double kMostSize_px = std::max(kMostBoulder_px, kMostHollow_px);
+constexpr double kRim = 1.1;  ///< half widths from a boulder's middle: what lies within may be a part of it
 constexpr double kLeastCrater_px = 5.0;  ///< across
 constexpr double kLeastBalance = 0.2;    ///< of its walls
 constexpr double kCraterWins = 1.0;      ///< over the boulder, in what both explain
@@ -28,7 +30,8 @@ bool before(const Candidate& a, const Candidate& b) {
   if (a.v_px != b.v_px) return a.v_px < b.v_px;
   if (a.u_px != b.u_px) return a.u_px < b.u_px;
   if (a.explained != b.explained) return a.explained > b.explained;
-  return a.across_px < b.across_px;
+  if (a.across_px != b.across_px) return a.across_px < b.across_px;
+  return a.confidence > b.confidence;  // the same outline on two levels of the ground
 }
 bool stronger(const Candidate& a, const Candidate& b) {
   const double x = std::sqrt(a.confidence) * a.explained;
@@ -57,7 +60,10 @@ int levels_for(const ShadowParams& params, double pixel_m) {
 int wander_px(double tan_elevation) { return shadow_fit_reach_px(tan_elevation); }
 
 /// How far beating reaches: pixels of the image from a candidate to the last one that has a say in its fate.
-int chain_px(int levels) { return static_cast<int>(std::ceil(kRounds * 0.8 * kMostSize_px)) << (levels - 1); }
+int chain_px(int levels) {
+  const double most = std::max(kRounds * 0.8 * kMostSize_px, (kRounds * 0.8 + kRim) * kMostBoulder_px);
+  return static_cast<int>(std::ceil(most)) << (levels - 1);
+}
 
 double least_diameter_px(const ShadowView& view, const ShadowParams& params) {
   return std::max(params.min_diameter_px, params.min_diameter_m / view.pixel_m);
@@ -75,7 +81,7 @@ PixelRect looked_at(const PyramidLevel& level, const PixelRect& core, int chain,
   return {x0 - rect.x0, y0 - rect.y0, x1 - x0, y1 - y0};
 }
 
-Candidate candidate_of(const ShadowFit& f, const Spot& spot, const PyramidLevel& level,
+Candidate candidate_of(const ShadowFit& f, ShadowGround ground, const Spot& spot, const PyramidLevel& level,
                        double tan_elevation) {
   const double scale = 1 << level.shift;
   const double offset = 0.5 * (scale - 1.0);
@@ -86,8 +92,10 @@ Candidate candidate_of(const ShadowFit& f, const Spot& spot, const PyramidLevel&
   c.along_px = f.along_px * scale;
   c.reach_px = f.reach_px * scale;
   c.explained = f.explained * scale * scale;
+  c.near_ground = ground == ShadowGround::kNear;
   c.contrast = (f.ground - f.dark) / 255.0;
   c.features = shadow_features(f, tan_elevation);
+  c.diameter_px = 2.0 * size_of(c) * shadow_size_factor(c.features);
   c.confidence = shadow_confidence(c.features);
   return c;
 }
@@ -106,6 +114,8 @@ std::optional<Candidate> hollow_of(const ShadowFit& f, double confidence, const 
   c.u_px = (spot.x + level.tile.rect.x0 + h.du_px) * scale + offset;
   c.v_px = (spot.y + level.tile.rect.y0 + h.dv_px) * scale + offset;
   c.across_px = c.along_px = c.reach_px = h.radius_px * scale;
+  c.diameter_px = 2.0 * c.across_px;
+  c.near_ground = false;
   c.explained = h.explained * scale * scale;
   c.contrast = h.dark / 255.0;
   c.confidence = 1.0 - confidence;
@@ -125,7 +135,7 @@ ShadowBoulder boulder_of(const Candidate& c, const ShadowView& view) {
   ShadowBoulder b;
   b.u_px = c.u_px - away_px * view.towards_sun_px.x();
   b.v_px = c.v_px - away_px * view.towards_sun_px.y();
-  b.diameter_px = 2.0 * size_of(c);
+  b.diameter_px = c.diameter_px;
   b.elongation = std::max(c.across_px, c.along_px) / std::min(c.across_px, c.along_px);
   b.contrast = c.contrast;
   b.height_px = std::sqrt(std::max(0.0, c.reach_px * c.reach_px - c.along_px * c.along_px)) * tan_elevation;
@@ -180,11 +190,20 @@ ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, 
     if (wanted >= kMostOwn_px || (wanted >= 2.0 * kLeastAcross_px && !last)) continue;  // the next level's
     const double least = shift == 0 ? std::max(kLeastOutline_px, 0.5 * least_px * 0.8) : kLeastAcross_px;
     for (const Spot& spot : dark_spots(level.tile, where, params.seed_contrast)) {
-      const ShadowFit f = fitter.fit(level.tile.grey, level.tile.valid, spot.x, spot.y, least);
-      if (!f.found || (f.across_px > kMostOwn_px && !last)) continue;
-      const Candidate c = candidate_of(f, spot, level, view.tan_elevation);
-      if (c.confidence >= params.min_confidence) candidates.boulders.push_back(c);
-      if (const auto hollow = hollow_of(f, c.confidence, spot, level)) candidates.hollows.push_back(*hollow);
+      double most = 0.0;
+      const auto fitted = [&](ShadowGround ground) {
+        ShadowFit f = fitter.fit(level.tile.grey, level.tile.valid, spot.x, spot.y, least, ground);
+        f.found = f.found && (f.across_px <= kMostOwn_px || last);
+        if (!f.found) return f;
+        const Candidate c = candidate_of(f, ground, spot, level, view.tan_elevation);
+        if (c.confidence >= params.min_confidence) candidates.boulders.push_back(c);
+        most = std::max(most, c.confidence);
+        return f;
+      };
+      if (least < kLeastAcross_px) fitted(ShadowGround::kNear);
+      const ShadowFit f = fitted(ShadowGround::kWide);
+      if (!f.found) continue;
+      if (const auto hollow = hollow_of(f, most, spot, level)) candidates.hollows.push_back(*hollow);
     }
   }
   put_in_order(candidates.boulders);
@@ -194,7 +213,8 @@ ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, 
 
 std::vector<ShadowCandidate> strongest(const std::vector<ShadowCandidate>& candidates, const ShadowView& view,
                                        const ShadowParams& params) {
-  const double widest_px = 0.8 * kMostSize_px * (1 << (levels_for(params, view.pixel_m) - 1));
+  const double widest_px =
+      std::max(0.8 * kMostSize_px, kRim * kMostBoulder_px) * (1 << (levels_for(params, view.pixel_m) - 1));
   enum class State : std::uint8_t { kOpen, kKept, kBeaten };
   std::vector<State> state(candidates.size(), State::kOpen);
   const auto neighbours = [&](std::size_t i, const auto& visit) {
@@ -217,9 +237,22 @@ std::vector<ShadowCandidate> strongest(const std::vector<ShadowCandidate>& candi
     }
     state = next;
   }
+  const auto is_part = [&](std::size_t i) {
+    const Candidate& c = candidates[i];
+    bool part = false;
+    neighbours(i, [&](std::size_t j) {
+      const Candidate& whole = candidates[j];
+      const double within = kRim * size_of(whole);
+      const double du = whole.u_px - c.u_px;
+      const double dv = whole.v_px - c.v_px;
+      part = part || (state[j] == State::kKept && !whole.near_ground && whole.confidence >= c.confidence &&
+                      du * du + dv * dv < within * within);
+    });
+    return part;
+  };
   std::vector<Candidate> kept;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (state[i] == State::kKept) kept.push_back(candidates[i]);
+    if (state[i] == State::kKept && !(candidates[i].near_ground && is_part(i))) kept.push_back(candidates[i]);
   }
   return kept;
 }

@@ -21,7 +21,9 @@ constexpr double kFades = 0.5;        ///< of the most that a size explains: no 
 constexpr double kMostAbsent = 0.15;  ///< of the surroundings: what is cut off may be anything
 constexpr double kLeastHollow_px = 1.5;
 constexpr double kMostTilt = 0.6;
-constexpr int kMostGroundColumns = 36;  ///< each way from the spot
+constexpr int kWideGround = 36;  ///< samples each way from the spot
+constexpr int kNearGround = 12;
+constexpr double kNearMostAcross_px = 4.8;
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
 
@@ -94,7 +96,7 @@ int ShadowFitter::look(int a, int b) const {
                  (static_cast<std::int64_t>(v_) << 16) + y);
 }
 
-bool ShadowFitter::begin(const ImageU8& grey, const ImageU8& valid, int u, int v) {
+bool ShadowFitter::begin(const ImageU8& grey, const ImageU8& valid, int u, int v, ShadowGround from) {
   grey_ = grey;
   valid_ = valid;
   u_ = u;
@@ -106,11 +108,14 @@ bool ShadowFitter::begin(const ImageU8& grey, const ImageU8& valid, int u, int v
   std::fill(ready_.begin(), ready_.end(), std::uint8_t{0});
   // A low sun's window is long, and the ground rises and falls in it: what is near tells the level. Every
   // other sample of every other row is enough for that.
-  const int ground_columns = std::min(half_columns_, kMostGroundColumns);
+  const bool wide = from == ShadowGround::kWide;
+  most_across_ = wide ? kFitMostAcross_px : kNearMostAcross_px;
+  const int ground_columns = std::min(half_columns_, wide ? kWideGround : kNearGround);
+  const int ground_rows = wide ? half_rows_ : std::min(half_rows_, kNearGround);
   std::array<int, 256> histogram{};
   int count = 0;
   int missing = 0;
-  for (int b = -half_rows_; b <= half_rows_; b += 2) {
+  for (int b = -ground_rows; b <= ground_rows; b += 2) {
     for (int a = -ground_columns; a <= ground_columns; a += 2) {
       const int value = look(a, b);
       if (value < 0) {
@@ -243,7 +248,7 @@ bool ShadowFitter::consider(const Trial& t, int every, Trial& best, double& most
 void ShadowFitter::search(double least_across_px, Trial& best, double& most) {
   most = 0.0;
   best = {0.0, 0.0, 0.0, 0.0, 0.0};
-  for (double across = least_across_px; across < kFitMostAcross_px * 0.95; across *= 1.35) {
+  for (double across = least_across_px; across < most_across_ * 0.95; across *= 1.35) {
     double most_here = 0.0;
     for (const double height : {0.45, 0.8, 1.3, 2.0}) {
       const double slope = std::min(height / tan_elevation_, most_slope_);
@@ -303,9 +308,9 @@ ShadowFitter::Trial ShadowFitter::moved(Trial t, int way, double by) {
 }
 
 bool ShadowFitter::allowed(const Trial& t, double least_across_px) const {
-  return !(t.across < least_across_px || t.across > kFitMostAcross_px || t.slope > most_slope_ ||
-           t.slope < 0.1 || std::fabs(t.a) > half_columns_ || std::fabs(t.b) > kFitMostAcross_px ||
-           t.along > 1.8 * t.across || t.along < 0.55 * t.across);
+  return !(t.across < least_across_px || t.across > most_across_ || t.slope > most_slope_ || t.slope < 0.1 ||
+           std::fabs(t.a) > half_columns_ || std::fabs(t.b) > kFitMostAcross_px || t.along > 1.8 * t.across ||
+           t.along < 0.55 * t.across);
 }
 
 void ShadowFitter::measure(const Trial& t, ShadowFit& fit) {
@@ -406,6 +411,49 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) {
   fit.absent = static_cast<double>(absent) / ((bottom - top + 1) * (to - from + 1));
 }
 
+double ShadowFitter::darkness(double a, double b) {
+  const double a_in = std::clamp(a, -static_cast<double>(half_columns_), half_columns_ - 1.0);
+  const double b_in = std::clamp(b, -static_cast<double>(half_rows_), half_rows_ - 1.0);
+  const int column = static_cast<int>(std::floor(a_in));
+  const int row = static_cast<int>(std::floor(b_in));
+  const double fa = a_in - column;
+  const double fb = b_in - row;
+  const std::int32_t* d = row_samples(row) + half_columns_ + column;
+  const std::int32_t* e = row_samples(row + 1) + half_columns_ + column;
+  return (1.0 - fb) * ((1.0 - fa) * d[0] + fa * d[1]) + fb * ((1.0 - fa) * e[0] + fa * e[1]);
+}
+
+void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
+  constexpr int kEach = 3;  // samples of a cell, each way
+  const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+  const double body = t.along / stretch + t.along;
+  const double shadow = t.along * stretch - t.along / stretch;
+  const double along[kCellsAlong] = {0.6 * t.along, 0.6 * t.along, body / 3.0,   body / 3.0,
+                                     body / 3.0,    shadow / 3.0,  shadow / 3.0, shadow / 3.0,
+                                     0.6 * t.along, 0.6 * t.along};
+  constexpr double kAcross[kCellsAcross + 1] = {0.0, 0.4, 0.9, 1.5, 2.3};
+  const double contrast = kOne * (fit.ground - fit.dark);
+  double from = t.a - 2.2 * t.along;
+  double* cell = fit.picture.data();
+  for (const double length : along) {
+    for (std::size_t i = 0; i < kCellsAcross; ++i) {
+      double side[2] = {0.0, 0.0};
+      for (int m = 0; m < kEach; ++m) {
+        const double a = from + (m + 0.5) / kEach * length;
+        for (int n = 0; n < kEach; ++n) {
+          const double b = t.across * (kAcross[i] + (n + 0.5) / kEach * (kAcross[i + 1] - kAcross[i]));
+          side[0] += darkness(a, t.b - b);
+          side[1] += darkness(a, t.b + b);
+        }
+      }
+      for (double& s : side) s = std::clamp(s / (kEach * kEach * contrast), -3.0, 2.0);
+      *cell++ = std::min(side[0], side[1]);
+      *cell++ = std::max(side[0], side[1]);
+    }
+    from += length;
+  }
+}
+
 ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) {
   Sums out{0.0, 0.0, 0.0, 0.0};
   const int first = std::max(-half_rows_, static_cast<int>(std::ceil(h.b - h.radius)));
@@ -494,9 +542,10 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) {
   return fit;
 }
 
-ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px) {
+ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px,
+                            ShadowGround from) {
   ShadowFit fit;
-  if (!begin(grey, valid, u, v)) return fit;
+  if (!begin(grey, valid, u, v, from)) return fit;
   Trial best{};
   double most = 0.0;
   search(least_across_px, best, most);
@@ -514,6 +563,7 @@ ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, in
   fit.explained = most / (kOne * kOne);
   measure(best, fit);
   measure_around(best, fit);
+  picture(best, fit);
   const double pair = s.dark * s.dark / s.dark_n + (s.lit < 0.0 ? s.lit * s.lit / s.lit_n : 0.0);
   fit.pair = pair / (kOne * kOne);
   const double stretch = std::sqrt(1.0 + best.slope * best.slope);

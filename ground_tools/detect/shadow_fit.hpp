@@ -20,6 +20,7 @@
 /// look-ups per row, so that thousands of trials can be afforded.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -32,6 +33,19 @@ namespace cairn::ground {
 inline constexpr double kFitMostAcross_px = 9.5;
 /// And the largest radius of a hollow.
 inline constexpr double kMostHollow_px = 17.0;
+
+/// Where the ground's level is looked for, samples from the spot each way; and the largest half width fitted
+/// then, since the near window must be more ground than boulder.
+enum class ShadowGround : std::uint8_t {
+  kWide,  ///< 36 along the sun, all rows; kFitMostAcross_px
+  kNear,  ///< 12; 4.8 px
+};
+
+/// The picture of a fit, in cells of its own frame: along the sun from 1.2 half lengths before the body to
+/// 1.2 beyond the shadow's tip, across it out to 2.3 half widths.
+inline constexpr std::size_t kCellsAlong = 10;
+inline constexpr std::size_t kCellsAcross = 4;  ///< each side
+inline constexpr std::size_t kPictureCells = 2 * kCellsAlong * kCellsAcross;
 
 /// A bowl lit from one side: a disc whose sunward part is dark (wall in its own shade, or the rim's shadow)
 /// and whose far part is bright. Its criterion has both means free,
@@ -71,6 +85,9 @@ struct ShadowFit {
   double pair = 0.0;     ///< as HollowFit::explained, of lit body and shadow
   HollowFit beyond_rim;  ///< the hollow whose dark wall the shadow would be, its rim the body
   HollowFit far_wall;    ///< the hollow whose bright wall the body would be
+  /// Mean darkness of the cells, as a share of (ground - dark), -3 to 2. Of each two that lie alike to the
+  /// left and to the right the lesser, then the greater: a picture and its mirror image are one.
+  std::array<double, kPictureCells> picture = {};
   bool found = false;
 };
 
@@ -82,11 +99,12 @@ class ShadowFitter {
   /// `away_from_sun`: unit vector in the pixel grid.
   ShadowFitter(const Vec2& away_from_sun, double tan_elevation);
 
-  /// Fits around (u, v), half widths `least_across_px` to kFitMostAcross_px. Pixels beyond the view and those
-  /// whose `valid` is 0 (no view: all are valid) count as ground. `found` is false where they are many, and
-  /// where the darkest sample near (u, v) is neither three of the ground's standard deviations below it nor
-  /// 0.4 of its level: on patched ground the former would be more than all light there is.
-  ShadowFit fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px);
+  /// Fits around (u, v), half widths `least_across_px` to the most of `from`. Pixels beyond the view and
+  /// those whose `valid` is 0 (no view: all are valid) count as ground. `found` is false where they are many,
+  /// and where the darkest sample near (u, v) is neither three of the ground's standard deviations below it
+  /// nor 0.4 of its level: on patched ground the former would be more than all light there is.
+  ShadowFit fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px,
+                ShadowGround from = ShadowGround::kWide);
 
  private:
   struct Trial {
@@ -104,7 +122,7 @@ class ShadowFitter {
   struct RowSums;
   static constexpr int kWays = 7;  ///< to move a trial
 
-  bool begin(const ImageU8& grey, const ImageU8& valid, int u, int v);
+  bool begin(const ImageU8& grey, const ImageU8& valid, int u, int v, ShadowGround from);
   int look(int a, int b) const;
   void sample_row(int row);
   const std::int32_t* row_samples(int row);
@@ -122,6 +140,8 @@ class ShadowFitter {
   bool allowed(const Trial& t, double least_across_px) const;
   void measure(const Trial& t, ShadowFit& fit);
   void measure_around(const Trial& t, ShadowFit& fit);
+  double darkness(double a, double b);  ///< between samples
+  void picture(const Trial& t, ShadowFit& fit);
   Sums sums(const Hollow& h);
   double value(const Hollow& h);
   /// The hollow whose dark or bright wall lies from `from` to `to` on row b, about.
@@ -135,6 +155,7 @@ class ShadowFitter {
   ImageU8 grey_, valid_;  ///< of the spot in hand
   int u_ = 0, v_ = 0;
   bool whole_ = false;  ///< the window has all of its pixels
+  double most_across_ = kFitMostAcross_px;
   double ground_ = 0.0, noise_ = 0.0, depth_ = 0.0;
   std::vector<std::int32_t> samples_;  ///< ground minus grey, 1/16; rows are sampled as they are asked for
   std::vector<std::uint8_t> absent_;   ///< 1 where there is no pixel

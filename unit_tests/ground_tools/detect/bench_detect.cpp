@@ -102,26 +102,6 @@ Score score_of(const test::RenderedField& field) {
   return score;
 }
 
-/// A hectare of craters without a boulder, at 0.3 m.
-test::ShadowField empty_field(std::uint64_t seed) {
-  test::ShadowField field;
-  sim::Scene& scene = field.scene;
-  field.name = fmt::format("empty-{}", seed);
-  sim::Draw draw(seed, sim::Stream::kCraters, 1100);
-  scene.seed = seed;
-  test::shorten_traverse(scene);
-  test::size_site(scene, 100.0);
-  field.pixels_m = {0.3};
-  field.samples = 4;
-  scene.rocks.k = 0.0;
-  scene.ortho_sun = {draw.uniform(15.0, 50.0), draw.uniform(0.0, 360.0)};
-  scene.craters.k = draw.uniform(100.0, 600.0);
-  scene.craters.max_diameter_m = 40.0;
-  scene.site.relief_rms_m = draw.uniform(0.2, 1.0);
-  test::draw_light(draw, scene);
-  return field;
-}
-
 /// Prints a row a field, and what they come to.
 Score mixed(const Seeds& seeds, const std::filesystem::path& folder) {
   Score all;
@@ -162,7 +142,7 @@ double empty(const std::filesystem::path& folder) {
   std::size_t entries = 0;
   fmt::print("\nno boulder, a hectare at 0.3 m a pixel\n");
   for (std::uint64_t seed = kEmptySeed; seed < kEmptySeed + kEmptyFields; ++seed) {
-    const test::ShadowField field = empty_field(seed);
+    const test::ShadowField field = test::shadow_field(test::FieldKind::kEmpty, seed);
     const test::RenderedField rendered = test::render(field, folder);
     const std::size_t n =
         detected(rendered.images.front(), rendered.suns.front(), ShadowParams{}.min_confidence).size();

@@ -71,8 +71,10 @@ enum class FieldKind {
   kNear,       ///< 10 m at 5, 10 and 20 mm
   kFar,        ///< 25 cm, boulders alone
   kFresh,      ///< 10 cm, sharp bowls on smoother ground, boulders or none
+  kEmpty,      ///< 30 cm, a hectare of craters without a boulder
 };
-inline constexpr const char* kFieldKinds[] = {"cratered", "coarse", "saturated", "near", "far", "fresh"};
+inline constexpr const char* kFieldKinds[] = {"cratered", "coarse", "saturated", "near",
+                                              "far",      "fresh",  "empty"};
 constexpr double kFieldSide_px = 400.0;  ///< of those with craters
 
 /// Relief, ripples and patches at the scale of `pixel_m`.
@@ -146,10 +148,31 @@ inline void draw_bodies(sim::Draw& draw, FieldKind kind, sim::Scene& scene) {
       rocks.min_diameter_m = 0.3;
       rocks.max_diameter_m = 8.0;
       break;
+    case FieldKind::kEmpty: break;
   }
 }
 
+inline ShadowField empty_field(std::uint64_t seed) {
+  ShadowField field;
+  sim::Scene& scene = field.scene;
+  field.name = fmt::format("empty-{}", seed);
+  sim::Draw draw(seed, sim::Stream::kCraters, 1100);
+  scene.seed = seed;
+  shorten_traverse(scene);
+  size_site(scene, 100.0);
+  field.pixels_m = {0.3};
+  field.samples = 4;
+  scene.rocks.k = 0.0;
+  scene.ortho_sun = {draw.uniform(15.0, 50.0), draw.uniform(0.0, 360.0)};
+  scene.craters.k = draw.uniform(100.0, 600.0);
+  scene.craters.max_diameter_m = 40.0;
+  scene.site.relief_rms_m = draw.uniform(0.2, 1.0);
+  draw_light(draw, scene);
+  return field;
+}
+
 inline ShadowField shadow_field(FieldKind kind, std::uint64_t seed) {
+  if (kind == FieldKind::kEmpty) return empty_field(seed);
   ShadowField field;
   sim::Scene& scene = field.scene;
   field.name = fmt::format("{}-{}", kFieldKinds[static_cast<int>(kind)], seed);
