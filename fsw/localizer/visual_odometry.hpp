@@ -12,8 +12,8 @@
 /// Noise makes keypoints of its own where ground has little contrast. In images halved (means of 2 x 2
 /// pixels) it is half as large, and the ground's contrast about the same: a pair whose noise is too large for
 /// what its keypoints show is looked at once more, halved, becomes the reference, and so are those after it,
-/// until they show enough without. At noise of 20 grey levels that loses 1 % of the way instead of 18, at 10
-/// it would lose 0.9 instead of 0.5.
+/// until they show enough without. Noise of 20 grey levels then costs 0.8 % of the way instead of 18; halved
+/// at 10, it would be 0.7 instead of 0.5.
 ///
 /// The reference is an earlier frame, kept while enough of its points are still seen (at most
 /// `max_reference_age` frames): errors then add up once a reference, not once a frame.
