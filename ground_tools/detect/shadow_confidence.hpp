@@ -18,10 +18,10 @@
 ///
 /// The model (shadow_weights.cpp) is made by `make shadow-weights`: fitted to fields of `cairn sim` from
 /// named seeds (unit_tests/ground_tools/detect/shadow_fields.hpp: craters fresh to worn, boulders or none,
-/// slopes, ripples, patches, suns of 14 to 60 degrees, told right and up to 16 degrees wrong), z then
-/// stretched and shifted so that of what maps hold at a confidence so many are boulders. The goal judges the
-/// model by fields that it was not fitted to, and fails where this source holds other numbers. They are the
-/// same from run to run; another libm may change digits.
+/// slopes, ripples, patches, gullies, suns of 14 to 60 degrees, told right and up to 16 degrees wrong), z
+/// then stretched and shifted so that of what maps hold at a confidence so many are boulders. The goal judges
+/// the model by fields that it was not fitted to, and fails where this source holds other numbers. They are
+/// the same from run to run; another libm may change digits.
 #pragma once
 
 #include <array>

@@ -19,7 +19,7 @@ namespace cairn::ground {
 inline constexpr double kLeastOutline_px = 2.0;  ///< half width across the sun, on the image itself
 
 using ShadowPlace = std::array<double, 3>;
-inline constexpr ShadowPlace kShadowPlace = {-0.332, 0.347, 0.624};
+inline constexpr ShadowPlace kShadowPlace = {-0.34, 0.286, 0.7};
 
 /// 1, tan e, 1 / slope; of a fit with half length `along` and reach `reach`.
 ShadowPlace place_terms(double along_px, double reach_px, double tan_elevation);

@@ -72,9 +72,10 @@ enum class FieldKind {
   kFar,        ///< 25 cm, boulders alone
   kFresh,      ///< 10 cm, sharp bowls on smoother ground, boulders or none
   kEmpty,      ///< 30 cm, a hectare of craters without a boulder
+  kGullied,    ///< 25 cm, gullies and scarps without a boulder (drawn_gullies.hpp)
 };
 inline constexpr const char* kFieldKinds[] = {"cratered", "coarse", "saturated", "near",
-                                              "far",      "fresh",  "empty"};
+                                              "far",      "fresh",  "empty",     "gullied"};
 constexpr double kFieldSide_px = 400.0;  ///< of those with craters
 
 /// Relief, ripples and patches at the scale of `pixel_m`.
@@ -148,7 +149,8 @@ inline void draw_bodies(sim::Draw& draw, FieldKind kind, sim::Scene& scene) {
       rocks.min_diameter_m = 0.3;
       rocks.max_diameter_m = 8.0;
       break;
-    case FieldKind::kEmpty: break;
+    case FieldKind::kEmpty:
+    case FieldKind::kGullied: break;
   }
 }
 

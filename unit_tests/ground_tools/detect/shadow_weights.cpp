@@ -23,6 +23,7 @@
 #include "base/progress_line.hpp"
 #include "base/tool_error.hpp"
 #include "detect/shadow_detector.hpp"
+#include "ground_tools/detect/drawn_gullies.hpp"
 #include "ground_tools/detect/shadow_fields.hpp"
 
 using namespace cairn;
@@ -80,17 +81,22 @@ using test::FieldKind;
 constexpr Seeds kFit[] = {{FieldKind::kCratered, 1000, 96},  {FieldKind::kCoarse, 2000, 40},
                           {FieldKind::kSaturated, 3000, 12}, {FieldKind::kFresh, 6000, 32},
                           {FieldKind::kNear, 4000, 5},       {FieldKind::kFar, 5000, 6},
-                          {FieldKind::kEmpty, 9000, 8}};
-constexpr Seeds kCalibrate[] = {
-    {FieldKind::kCratered, 1096, 24}, {FieldKind::kFresh, 6032, 8}, {FieldKind::kEmpty, 9008, 2}};
+                          {FieldKind::kEmpty, 9000, 8},      {FieldKind::kGullied, 10000, 40}};
+constexpr Seeds kCalibrate[] = {{FieldKind::kCratered, 1096, 24},
+                                {FieldKind::kFresh, 6032, 8},
+                                {FieldKind::kEmpty, 9008, 2},
+                                {FieldKind::kGullied, 10040, 4}};
 constexpr Seeds kHeldOut[] = {{FieldKind::kCratered, 1500, 8},  {FieldKind::kCoarse, 2500, 6},
                               {FieldKind::kSaturated, 3500, 3}, {FieldKind::kFresh, 6500, 4},
-                              {FieldKind::kNear, 4500, 2},      {FieldKind::kFar, 5500, 2}};
+                              {FieldKind::kNear, 4500, 2},      {FieldKind::kFar, 5500, 2},
+                              {FieldKind::kGullied, 10500, 6}};
 
 /// Each field twice: as it is, and with the sun told up to 16 degrees wrong, as labels are, and slopes.
 std::vector<Image> images_of(test::FieldKind kind, std::uint64_t seed, const std::filesystem::path& folder) {
   constexpr double kMostWrong_rad = 16.0 * kRadPerDeg;
-  const test::RenderedField field = test::render(test::shadow_field(kind, seed), folder);
+  const test::RenderedField field = kind == FieldKind::kGullied
+                                        ? test::DrawnGullies(seed).rendered()
+                                        : test::render(test::shadow_field(kind, seed), folder);
   std::vector<Image> images;
   for (std::size_t i = 0; i < field.images.size(); ++i) {
     Sun sun = field.suns[i];

@@ -8,6 +8,7 @@
 #include "base/tool_error.hpp"
 #include "core/random.hpp"
 #include "core/trig.hpp"
+#include "ground_tools/detect/drawn_gullies.hpp"
 #include "ground_tools/raster_in_memory.hpp"
 #include "support/cmocka.hpp"
 
@@ -337,6 +338,28 @@ void test_ranges(void**) {
   assert_true(to_text(ShadowParams{}, parse_sun("45,135")).find("method=shadow sun=45,135 ") == 0);
 }
 
+/// Gullies, scarps and ridges, from seeds that nothing was fitted to: a boulder or two a hectare, and hardly
+/// one of them for sure.
+void test_gullies_are_no_boulders(void**) {
+  constexpr int kFields = 16;
+  int entries = 0;
+  int sure = 0;
+  int large = 0;
+  for (std::uint64_t seed = 12000; seed < 12000 + kFields; ++seed) {
+    const test::RenderedField field = test::DrawnGullies(seed).rendered();
+    for (const TableBoulder& b : detect_boulders_by_shadow(field.images[0], field.suns[0], ShadowParams{})) {
+      ++entries;
+      sure += b.confidence >= 0.9 ? 1 : 0;
+      large += b.confidence >= 0.9 && b.diameter_m > 3.0 ? 1 : 0;
+    }
+  }
+  print_message("%d fields of a hectare: %d entries, %d of them at 0.9 and more, %d of these large\n",
+                kFields, entries, sure, large);
+  assert_at_most(entries, 2 * kFields);
+  assert_at_most(sure, kFields / 4);
+  assert_at_most(large, kFields / 8);
+}
+
 }  // namespace
 
 int main() {
@@ -344,6 +367,7 @@ int main() {
                               cmocka_unit_test(test_tiles_do_not_matter),
                               cmocka_unit_test(test_what_is_no_boulder),
                               cmocka_unit_test(test_hollows_among_boulders),
+                              cmocka_unit_test(test_gullies_are_no_boulders),
                               cmocka_unit_test(test_odd_images),
                               cmocka_unit_test(test_ranges)};
   return cmocka_run_group_tests_name("ground_tools/detect/shadow_detector", tests, nullptr, nullptr);
