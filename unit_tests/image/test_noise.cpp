@@ -14,8 +14,8 @@ using namespace cairn;
 
 namespace {
 
-constexpr int kWidth = 320;
-constexpr int kHeight = 240;
+constexpr int kWidth = test::kSmallWidth;
+constexpr int kHeight = test::kSmallHeight;
 constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
 test::PlaneScene scene;
 std::uint8_t left_pixels[kPixels];
@@ -25,17 +25,10 @@ NoiseJob job;
 ImageU8 view(const std::uint8_t* pixels) { return packed_view(pixels, kWidth, kHeight); }
 
 void render(double left_noise, double right_noise) {
-  StereoRig rig;
-  rig.width_px = kWidth;
-  rig.height_px = kHeight;
-  rig.fx_px = rig.fy_px = 246.4;
-  rig.cx_px = 159.5;
-  rig.cy_px = 119.5;
-  rig.baseline_m = 0.12;
-  const Pose3 camera = mast_pose(0.7, 39.0 * kRadPerDeg, rig.baseline_m);
+  const StereoRig rig = test::small_rig();
   Random random(3);
-  scene.render(rig, camera, false, left_noise, random, left_pixels);
-  scene.render(rig, camera, true, right_noise, random, right_pixels);
+  scene.render(rig, rig.T_rover_cam, false, left_noise, random, left_pixels);
+  scene.render(rig, rig.T_rover_cam, true, right_noise, random, right_pixels);
 }
 
 double measure(const ImageU8& left, const ImageU8& right) {

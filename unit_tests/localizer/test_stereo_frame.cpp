@@ -12,24 +12,12 @@ using namespace cairn;
 
 namespace {
 
-constexpr int kWidth = 320;
-constexpr int kHeight = 240;
+constexpr int kWidth = test::kSmallWidth;
+constexpr int kHeight = test::kSmallHeight;
 constexpr std::size_t kPixels = static_cast<std::size_t>(kWidth) * kHeight;
 constexpr int kMinPoints = 12;
 
-StereoRig small_rig() {
-  StereoRig rig;
-  rig.width_px = kWidth;
-  rig.height_px = kHeight;
-  rig.fx_px = rig.fy_px = 246.4;
-  rig.cx_px = 159.5;
-  rig.cy_px = 119.5;
-  rig.baseline_m = 0.12;
-  rig.T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, 0.12);
-  return rig;
-}
-
-const StereoRig kRig = small_rig();
+const StereoRig kRig = test::small_rig();
 test::PlaneScene scene;
 std::uint8_t left_pixels[kPixels];
 std::uint8_t right_pixels[kPixels];

@@ -2,9 +2,22 @@
 
 #include <cmath>
 
+#include "core/trig.hpp"
 #include "support/noise.hpp"
 
 namespace cairn::test {
+
+StereoRig small_rig() {
+  StereoRig rig;
+  rig.width_px = kSmallWidth;
+  rig.height_px = kSmallHeight;
+  rig.fx_px = rig.fy_px = 246.4;
+  rig.cx_px = 159.5;
+  rig.cy_px = 119.5;
+  rig.baseline_m = 0.12;
+  rig.T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, rig.baseline_m);
+  return rig;
+}
 
 void PlaneScene::make(std::uint64_t seed) {
   // Noise of every scale: grids of 8, 16, ... 1024 random values, each interpolated and of like strength.

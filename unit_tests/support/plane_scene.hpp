@@ -11,6 +11,11 @@
 
 namespace cairn::test {
 
+inline constexpr int kSmallWidth = 320;
+inline constexpr int kSmallHeight = 240;
+/// The paper's rig with pictures of that size: quick to render and to look at.
+StereoRig small_rig();
+
 class PlaneScene {
  public:
   /// Draws the texture. Large: keep it static.
