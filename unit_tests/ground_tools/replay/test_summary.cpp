@@ -1,0 +1,77 @@
+// What a run tells in words: how the poses came about, what most of those not measured lacked, and what was
+// found out on board of the rig.
+#include "replay/summary.hpp"
+
+#include "support/cmocka.hpp"
+
+using namespace cairn;
+using namespace cairn::ground;
+
+namespace {
+
+Replay drive(int measured, int held, VoStatus why) {
+  Replay replay;
+  for (int i = 0; i < measured + held; ++i) {
+    ReplayFrame frame{};
+    const bool is_held = i >= measured;
+    frame.report.pose_source = static_cast<std::uint8_t>(is_held ? PoseSource::kHeld : PoseSource::kVo);
+    frame.report.vo_status = static_cast<std::uint8_t>(is_held ? why : VoStatus::kMotion);
+    replay.frames.push_back(frame);
+  }
+  return replay;
+}
+
+bool says(const std::string& text, const char* word) { return text.find(word) != std::string::npos; }
+
+/// Noise and a lens are causes of matches that are missing or disagree, where the flight module saw them;
+/// never of images that are missing, nor of a drive without either.
+void test_causes(void**) {
+  for (const VoStatus why : {VoStatus::kFewStereo, VoStatus::kFewMatches, VoStatus::kNoConsensus}) {
+    Replay replay = drive(30, 10, why);
+    const std::string plain = motion_counts(replay).cause();
+    assert_false(says(plain, "noisy") || says(plain, "lens seems"));
+    replay.health.halved = 10;  // no more than were held: noise may be theirs or not
+    assert_string_equal(motion_counts(replay).cause().c_str(), plain.c_str());
+    replay.offset.lens = -0.02;
+    assert_true(says(motion_counts(replay).cause(), "lens seems distorted"));
+    assert_true(says(motion_counts(replay).cause(), "-0.020"));
+    replay.health.halved = 25;
+    assert_true(says(motion_counts(replay).cause(), "too noisy"));
+  }
+  Replay missing = drive(30, 10, VoStatus::kBadImage);
+  missing.health.halved = 25;
+  missing.offset.lens = -0.02;
+  assert_true(says(motion_counts(missing).cause(), "missing"));
+}
+
+void test_counts(void**) {
+  const MotionCounts counts = motion_counts(drive(30, 10, VoStatus::kFewMatches));
+  assert_int_equal(counts.measured, 30);
+  assert_int_equal(counts.unmeasured(), 10);
+  assert_true(says(counts.words(), "of 40 frames 10 held"));
+}
+
+void test_what_was_found_of_the_rig(void**) {
+  Replay replay = drive(3, 0, VoStatus::kMotion);
+  assert_true(rig_words(replay).empty());
+  replay.offset.rows_px = 3.02;
+  replay.offset.columns_px = -0.4;
+  replay.offset.lens = -0.018;
+  const std::string words = rig_words(replay);
+  assert_true(says(words, "3.02 px lower") && says(words, "0.40 px too long") &&
+              says(words, "k1 of about -0.018"));
+  replay.offset.rows_px = -1.0;
+  replay.offset.columns_px = 0.25;
+  assert_true(says(rig_words(replay), "1.00 px higher") && says(rig_words(replay), "0.25 px too short"));
+}
+
+}  // namespace
+
+int main() {
+  const CMUnitTest tests[] = {
+      cmocka_unit_test(test_causes),
+      cmocka_unit_test(test_counts),
+      cmocka_unit_test(test_what_was_found_of_the_rig),
+  };
+  return cmocka_run_group_tests_name("ground_tools/replay/summary", tests, nullptr, nullptr);
+}
