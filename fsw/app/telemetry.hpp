@@ -45,8 +45,8 @@ struct FrameReport {
   std::uint8_t heading = 0;
   Pose3 T_map_cam_vo;                  ///< left camera, VO alone
   Pose3 T_map_cam;                     ///< left camera, corrected
-  float sigma_xy_m = 0.0F;             ///< standard deviation of the corrected x and y, each
-  float sigma_yaw_rad = 0.0F;          ///< and of its yaw
+  float sigma_xy_m = 0.0F;             ///< standard deviation of the corrected x and y, each; 1e4: anywhere
+  float sigma_yaw_rad = 0.0F;          ///< and of its yaw; 1.8: any heading
   float sigma_tilt_rad = 0.0F;         ///< of its turn about any horizontal axis
   float sigma_z_m = 0.0F;              ///< of its height, since the start
   std::uint16_t features_left = 0;     ///< found in the left image

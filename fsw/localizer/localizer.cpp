@@ -622,6 +622,7 @@ bool Localizer::look_farther() {
     fix_.lost = true;
     fix_odds_ = 0.0;
     trust_.on(TrustEvent::kFixRefuted);
+    fusion_.lose();
   }
   (void)start_stage(claim ? FixStage::kDoubt : FixStage::kAnywhere, map_fix_.local());
   return true;
@@ -753,7 +754,9 @@ FixStatus Localizer::take_map_fix() {
   if (status == FixStatus::kApplied || fix_.lost) against_nats_ = 0.0;
   const bool declined = event == TrustEvent::kFixUndecided || event == TrustEvent::kFixDeclined;
   if (declined && refuted) event = TrustEvent::kFixRefuted;
+  const bool lost = trust_.state() == Trust::kLost;
   trust_.on(event);
+  if (!lost && trust_.state() == Trust::kLost) fusion_.lose();
   return status;
 }
 

@@ -38,7 +38,8 @@
 /// (boulder_tracks.hpp): the step is doubted, by all that two steps which VO holds possible may differ.
 ///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
-/// to 1, it is looked for in the whole map: by the very fix that completes the odds.
+/// to 1, it is looked for in the whole map: by the very fix that completes the odds. From then on sigma says
+/// that it may be anywhere, as after the command, until a fix finds it.
 ///
 /// Poor windows. What is declined for want of evidence leaves a hypothesis behind (carried_hypothesis.hpp).
 /// The next fix begins with it: fresh boulders are looked at under it, and where all windows together are a

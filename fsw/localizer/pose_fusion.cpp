@@ -216,6 +216,15 @@ void PoseFusion::give_up() {
   hidden_ = {};
 }
 
+void PoseFusion::lose() { P_ = anywhere(P_); }
+
+/// Of the common errors nothing is forgotten; they are the map's.
+ErrorCovariance PoseFusion::anywhere(const ErrorCovariance& P) const {
+  ErrorCovariance out = errors_at_start(params_, kAnywhere_m, kTurnedAnyhow * 10.0);
+  out.bottomRightCorner<3, 3>() = P.bottomRightCorner<3, 3>();
+  return out;
+}
+
 /// Of what is hidden, on top of the run that is in P: errors that go the same way add up themselves.
 double PoseFusion::hidden_variance_m2() const { return (2.0 * run_.xy_m + hidden_.xy_m) * hidden_.xy_m; }
 
@@ -296,10 +305,7 @@ FusionResult PoseFusion::prove(const FixOffset& fix) {
 FusionResult PoseFusion::relocate(const FixOffset& fix) {
   if (!is_usable(fix)) return {};
   rates_ = rates_before_fix_;
-  // Of the common errors nothing is forgotten; they are the map's.
-  ErrorCovariance P = errors_at_start(params_, kAnywhere_m, kTurnedAnyhow * 10.0);
-  P.bottomRightCorner<3, 3>() = snapshot_P_.bottomRightCorner<3, 3>();
-  return take(updated(P, fix.offset, fix.covariance), false);
+  return take(updated(anywhere(snapshot_P_), fix.offset, fix.covariance), false);
 }
 
 FusionResult PoseFusion::heading(double offset_rad, double variance_rad2) {

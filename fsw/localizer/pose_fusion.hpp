@@ -39,6 +39,9 @@
 /// and a motion prior differ by (`doubt`). A fix in the meantime speaks of the reference: the boulders were
 /// seen before it.
 ///
+/// A pose that is given up (`lose`) has sigmas of 10 km and of any heading, and nothing in common with the
+/// rates; so has the one that a fix finds anew (`relocate`) before that fix.
+///
 /// Source: Kalman filter, e.g. Maybeck 1979, chapter 5; late measurements by a kept state as in stochastic
 /// cloning (Roumeliotis and Burdick 2002); states of errors in common as in Schmidt 1966, but estimated. The
 /// paper takes each fix whole (CorrectionMode::kWhole, which does not come here).
@@ -153,6 +156,8 @@ class PoseFusion {
   void caught_up();
   /// VO's reference is lost: what was hidden stays in P.
   void give_up();
+  /// The pose may be anywhere, at any heading: it was refuted, or it is given up for lost.
+  void lose();
 
   /// Sigma of all that was hidden or doubted since the last sound step.
   double unsound_xy_m() const { return run_.xy_m + hidden_.xy_m; }
@@ -191,6 +196,7 @@ class PoseFusion {
   };
   double hidden_variance_m2() const;
   double hidden_variance_rad2() const;
+  ErrorCovariance anywhere(const ErrorCovariance& P) const;
   FusionResult fuse(const FixOffset& fix, double fresh, double gate_chi2);
   FusionResult take(const ErrorUpdate& update, bool with_rates);
   void correct_rates(const ErrorVector& e);

@@ -1,12 +1,14 @@
 /// How far the pose may be believed, by what it was made of. Sigma tells how large the error may be if all is
-/// as modelled; trust tells whether it is.
+/// as modelled; trust tells whether it is. A pose that is refuted (kFixRefuted) or lost has the sigma of one
+/// that may be anywhere, at any heading (PoseFusion::lose).
 ///
 /// Latched: once a step was guessed, good steps after it do not make the pose good again, since an error
 /// stays. What does is a fix, or a start pose by command; and where VO bridges frames without a picture from
 /// a reference before them, nothing was guessed after all.
 ///
 /// A start pose is a claim from the ground and confirms nothing: until a fix is accepted, what the table
-/// calls confirmed is kClaimed. One that claims less than the mission drives by (TrustParams) is not even so.
+/// calls confirmed is kClaimed, and sigma is the claim's, as wrong as that may be. One that claims less than
+/// the mission drives by (TrustParams) is not even so.
 /// Nor does it weigh as a measurement: where its own sigmas hold no fix, the first one is looked for
 /// `doubt` farther than they say, and what the claim then counts is told in pose_fusion.hpp.
 ///

@@ -19,6 +19,7 @@ const Chart = (() => {
   /// what: {title, digits, x, xName, series: [{name, colour, dash, x, y}], marks: [x],
   /// band: {name, x, y, both}, spans: [{name, colour, from, to}]}; a series without x has that of all. A band
   /// is shaded from 0 up, or to both sides, as far as there is room for it; spans are a strip at the foot.
+  /// `limit`: where the axis ends, and curves that go beyond it.
   /// pick(i) is told which point is pointed at, -1 for none.
   function draw(parent, what, pick) {
     const figure = document.createElement('figure');
@@ -35,6 +36,7 @@ const Chart = (() => {
       low = s.y.reduce((m, v) => (v < m ? v : m), low);
       high = s.y.reduce((m, v) => (v > m ? v : m), high);
     }
+    if (what.limit > 0) high = Math.min(high, what.limit);
     if (what.band) {
       const most = what.band.y.reduce((m, v) => Math.max(m, v), 0);
       const edge = Math.min(most, 2.5 * Math.max(high, -low));
@@ -104,7 +106,8 @@ const Chart = (() => {
                  .join('');
       out += (what.marks || []).map((x) => upright(px(x), 'fixline')).join('');
       what.series.forEach((s, k) => {
-        const points = s.y.map((v, i) => `${px(xs[k][i]).toFixed(1)},${py(v).toFixed(1)}`).join(' ');
+        const place = (v, i) => `${px(xs[k][i]).toFixed(1)},${py(Math.min(v, high)).toFixed(1)}`;
+        const points = s.y.map(place).join(' ');
         out += tag(
             'polyline',
             {class: 'curve', style: `stroke:${s.colour}`, 'stroke-dasharray': s.dash || undefined, points});

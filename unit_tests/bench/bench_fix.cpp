@@ -826,11 +826,12 @@ void suite_coarse() {
 }
 
 /// Good: ends within 0.15 m. Off: neither that nor lost at the end. Misled: metres a drive that were twice
-/// three sigmas off, and confirmed; of a slip at least those before the next fix; beyond: once that. Ellipses
-/// and median: of all poses, one a metre, that were not lost. Claimed: metres that trust calls so.
+/// three sigmas off, and confirmed; of a slip at least those before the next fix; beyond: once that; out:
+/// once that, and neither confirmed nor claimed. Ellipses and median: of all poses, one a metre, that were
+/// not lost. Claimed: metres that trust calls so.
 void print_drives(double per_m2, const std::vector<DriveResult>& all) {
-  int good = 0, lost = 0, off = 0, misled = 0, beyond = 0, claimed = 0, confirmed = 0, half = 0, most = 0,
-      poses = 0, fixes = 0;
+  int good = 0, lost = 0, off = 0, misled = 0, beyond = 0, out = 0, claimed = 0, confirmed = 0, half = 0,
+      most = 0, poses = 0, fixes = 0;
   std::vector<double> errors;
   for (const DriveResult& r : all) {
     const DrivePose& end = r.poses.back();
@@ -842,6 +843,7 @@ void print_drives(double per_m2, const std::vector<DriveResult>& all) {
     for (const DrivePose& p : r.poses) {
       misled += p.confirmed && p.error_m > 6.0 * p.sigma_m;
       beyond += p.confirmed && p.error_m > 3.0 * p.sigma_m;
+      out += !p.confirmed && !p.claimed && p.error_m > 3.0 * p.sigma_m;
       confirmed += p.confirmed;
       claimed += p.claimed;
       if (p.lost) continue;
@@ -852,10 +854,11 @@ void print_drives(double per_m2, const std::vector<DriveResult>& all) {
     }
   }
   const double n = static_cast<double>(all.size());
-  std::printf("%-10.1f %7.2f %7.2f %6d %9.2f %7.2f %8.1f %8.1f %7.1f %7.1f %6d %6.1f %8.4f %8.3f\n", per_m2,
-              100.0 * good / n, 100.0 * lost / n, off, misled / n, beyond / n, confirmed / n, claimed / n,
-              100.0 * half / std::max(poses, 1), 100.0 * most / std::max(poses, 1), poses, fixes / n,
-              median(errors), errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()));
+  std::printf("%-10.1f %7.2f %7.2f %6d %9.2f %7.2f %7.2f %8.1f %8.1f %7.1f %7.1f %6d %6.1f %8.4f %8.3f\n",
+              per_m2, 100.0 * good / n, 100.0 * lost / n, off, misled / n, beyond / n, out / n, confirmed / n,
+              claimed / n, 100.0 * half / std::max(poses, 1), 100.0 * most / std::max(poses, 1), poses,
+              fixes / n, median(errors),
+              errors.empty() ? 0.0 : *std::max_element(errors.begin(), errors.end()));
   std::fflush(stdout);
 }
 
@@ -902,8 +905,8 @@ void suite_drives() {
   for (const Kind& kind : kinds) {
     ++number;
     if (only > 0 && only != number) continue;
-    std::printf("\nDrives: %s\n%-10s %7s %7s %6s %9s %7s %8s %8s %7s %7s %6s %6s %8s %8s\n", kind.name,
-                "per m2", "good%", "lost%", "off", "misled", "beyond", "confirm.", "claimed", "in 50%",
+    std::printf("\nDrives: %s\n%-10s %7s %7s %6s %9s %7s %7s %8s %8s %7s %7s %6s %6s %8s %8s\n", kind.name,
+                "per m2", "good%", "lost%", "off", "misled", "beyond", "out", "confirm.", "claimed", "in 50%",
                 "in 95%", "poses", "fixes", "median", "largest");
     for (const double d : {0.3, 1.0, 2.0, 4.0}) {
       if (kind.drive.coarse && d > 0.3) continue;  // coarse maps hold few

@@ -229,6 +229,7 @@ void DrivenRover::begin_fix(std::uint32_t frame) {
   }
   if (!may_lie_farther(fix_.status()) || against_nats_ > -kRefuted) return;
   trust_.on(TrustEvent::kFixRefuted);
+  fusion_.lose();
   fix_lost_ = true;
   params.search.verdict.prior_log_odds = 0.0;
   (void)fix_.start_lost(params, encoded_.map(), fix_.local(), T_map_site_, pivot_site, SearchRegion());
@@ -274,7 +275,9 @@ void DrivenRover::apply_fix(DriveResult& out) {
   if (fix_.status() == MapFixStatus::kInconsistent) event = TrustEvent::kFixInconsistent;
   const bool tells_nothing = event == TrustEvent::kFixUndecided || event == TrustEvent::kFixDeclined;
   if (tells_nothing && refuted) event = TrustEvent::kFixRefuted;
+  const bool lost = trust_.state() == Trust::kLost;
   trust_.on(event);
+  if (!lost && trust_.state() == Trust::kLost) fusion_.lose();
 }
 
 void DrivenRover::turn_about(const Vec2& pivot_map_m, const Pose2& correction) {

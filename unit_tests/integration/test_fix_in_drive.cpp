@@ -583,6 +583,61 @@ void test_a_false_claim_is_refuted_on_dense_ground(void**) {
   }
 }
 
+/// The rover may be anywhere on the ground of its map, at any heading, and sigma says so.
+void assert_may_be_anywhere() {
+  const PoseFusion& fusion = localizer.fusion();
+  const Vec2 extent = localizer.map().extent_m();
+  assert_at_least(3.0 * fusion.sigma_xy_m(), extent.norm());
+  assert_at_least(3.0 * fusion.sigma_yaw_rad(), kPi);
+  assert_at_least(localizer.last_fix().sigma_xy_m, extent.norm() / 3.0);
+  assert_near(fusion.sigma_xy_m(), Localizer::kUnknownStart_m, 1.0);  // as one that is lost by command
+}
+
+/// From the fix on that refutes a pose, claimed or proven, no error is beyond three of the sigmas reported,
+/// wherever the rover is; until a fix finds it, which is then weighed as if nothing had been known.
+void test_what_is_refuted_may_be_anywhere(void**) {
+  const int trials = kSanitized ? 1 : 4;
+  for (int seed = 0; seed < trials; ++seed) {
+    Random random(static_cast<std::uint64_t>(seed) + 501);
+    const Vec2 truth_m = planar(*data.truth_rover(0)).translation();
+    const std::vector<ground::TableBoulder> rocks = anywhere(random, truth_m, 1.0);
+    FlightMap map;
+    assert_status(map.make(rocks), MapStatus::kUsable);
+    for (const bool proven : {false, true}) {
+      init(eager());
+      localizer.set_map(map.map);
+      start(0, 0.05, 0.01);
+      run(0, 1);
+      const auto look = [&](std::size_t of_map, std::size_t others) {
+        std::vector<Vec2> seen = seen_about(random, rocks, place(), of_map, others);
+        const Pose2 T_site_map = localizer.T_map_site().inverse();
+        for (Vec2& p : seen) p = T_site_map * p;
+        see(seen);
+        take_fix();
+      };
+      if (proven) look(24, 6);
+      const Trust before = localizer.trust();
+      assert_status(before, proven ? Trust::kConfirmed : Trust::kClaimed);
+      for (int fixes = 0; fixes < 6 && localizer.trust() == before; ++fixes) {
+        assert_at_most(localizer.fusion().sigma_xy_m(), 0.1);
+        look(0, 20);
+      }
+      assert_status(localizer.trust(), Trust::kLost);
+      assert_may_be_anywhere();
+      run(1, 4);
+      assert_may_be_anywhere();
+      look(0, 20);
+      assert_status(localizer.trust(), Trust::kLost);
+      assert_may_be_anywhere();
+      look(24, 6);
+      assert_status(localizer.trust(), Trust::kConfirmed);
+      assert_at_most(error_m(3), 0.1);
+      assert_at_most(error_m(3), 3.0 * localizer.fusion().sigma_xy_m());
+      assert_at_most(localizer.fusion().sigma_xy_m(), 0.1);
+    }
+  }
+}
+
 /// The fix that refutes a claim finds the rover, with the boulders that refuted it.
 void test_what_refutes_a_claim_finds_the_rover(void**) {
   const int trials = kSanitized ? 1 : 4;
@@ -641,6 +696,7 @@ int main() {
       cmocka_unit_test(test_a_slip_is_seen_in_what_is_in_view),
       cmocka_unit_test(test_a_slip_is_seen_at_once),
       cmocka_unit_test(test_a_false_claim_is_refuted_on_dense_ground),
+      cmocka_unit_test(test_what_is_refuted_may_be_anywhere),
       cmocka_unit_test(test_what_refutes_a_claim_finds_the_rover),
   };
   return cmocka_run_group_tests_name("integration/fix_in_drive", tests, open_sample, nullptr);

@@ -926,6 +926,38 @@ void test_relocation(void**) {
   assert_at_least(fusion.sigma_yaw_rad(), std::hypot(yaw, 10.0 * p.sigma_turn_rad_per_m));
 }
 
+/// Nothing is known of a lost pose: sigma holds it wherever it may be, and at any heading, as of a start that
+/// is unknown, and goes on to, while a heading tells what it can. What finds it is worth as much as had it
+/// never been lost.
+void test_a_lost_pose_may_be_anywhere(void**) {
+  const FusionParams p;
+  PoseFusion known;
+  PoseFusion lost;
+  for (PoseFusion* fusion : {&known, &lost}) {
+    fusion->init(p, 0.02, 0.004);
+    learn(*fusion, 0.004, 6);
+  }
+  lost.lose();
+  const double k = known.scale();
+  assert_near(lost.scale(), k, 0.0);
+  for (int i = 0; i < 3; ++i) {
+    assert_at_least(lost.sigma_xy_m(), 1.0e4);
+    assert_near(lost.sigma_yaw_rad(), 1.8, 1e-12);
+    for (PoseFusion* fusion : {&known, &lost}) fusion->propagate(step_of(2.0, 0.3));
+  }
+  PoseFusion turned = lost;
+  assert_status(turned.heading(2.5, 1e-4).status, FusionStatus::kFused);
+  assert_near(turned.sigma_yaw_rad(), 0.01, 1e-4);
+  assert_at_least(turned.sigma_xy_m(), 1.0e4);
+  for (PoseFusion* fusion : {&known, &lost}) {
+    fusion->snapshot();
+    assert_status(fusion->relocate({Vec3(40.0, -7.0, 2.5), diagonal(0.03, 0.01)}).status,
+                  FusionStatus::kFused);
+  }
+  assert_near((known.covariance() - lost.covariance()).norm(), 0.0, 1e-9);
+  assert_near(known.scale(), lost.scale(), 0.0);
+}
+
 /// Whatever the start claimed and however far off it was: what the first fix leaves is within the sigmas that
 /// the claim had to agree in, about where the fix is; and it counted twice as much at most.
 void test_a_false_claim_stays_within_its_sigmas(void**) {
@@ -1080,6 +1112,7 @@ int main() {
       cmocka_unit_test(test_fixes_about_hidden_frames),
       cmocka_unit_test(test_rates_are_bounded),
       cmocka_unit_test(test_relocation),
+      cmocka_unit_test(test_a_lost_pose_may_be_anywhere),
       cmocka_unit_test(test_a_false_claim_stays_within_its_sigmas),
       cmocka_unit_test(test_a_claim_that_agrees_counts),
       cmocka_unit_test(test_a_fix_ends_a_run),
