@@ -1,8 +1,9 @@
-/// The bits of a flight map (`.cmap`), version 2: one place for the reader here and for the ground tool's
-/// encoder. doc/ICD.md tells the same in prose, with a worked example. All numbers are big-endian, floating
-/// point is IEEE 754, bit streams begin at a byte's most significant bit.
+/// The bits of a flight map (`.cmap`), versions 2 and 3: one place for the reader and for the ground tool's
+/// encoder. Version 3 adds the ground's heights (doc/adr/0015-heights-of-the-ground.md). doc/ICD.md tells the
+/// same in prose, with a worked example. All numbers are big-endian, floating point is IEEE 754, bit streams
+/// begin at a byte's most significant bit.
 ///
-///   head       fixed fields, reference system, attribute models, CRC-32 of all that: at most 380 bytes
+///   head       fixed fields, reference system, attribute models, CRC-32 of all that: at most 404 bytes
 ///   directory  for each tile the offset of its payload from the first payload's first byte
 ///   payloads   one after another, in the order of the directory, to the end of the file
 ///
@@ -15,7 +16,9 @@
 /// end; a tile without boulders has none.
 ///
 /// Payload: count, depth, where the map has attributes the bytes of their stream, the attribute stream, the
-/// position bits, zero bits up to a byte, CRC-32 of the tile's number as u32 and of all before in it.
+/// position bits, zero bits up to a byte, CRC-32 of the tile's number as u32 and of all before in it. In
+/// version 3 the bytes of the tile's heights and the heights (orbital_map/height_decoder.hpp) come first, and
+/// the rest may be missing: a tile without boulders.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +27,9 @@
 namespace cairn::cmap {
 
 inline constexpr std::uint32_t kMagic = 0x434D4150U;  // "CMAP"
-inline constexpr std::uint8_t kVersion = 2;
+inline constexpr std::uint8_t kVersion = 2;           // no heights
+inline constexpr std::uint8_t kHeightsVersion = 3;    // heights
+constexpr bool is_known(std::uint8_t version) { return version == kVersion || version == kHeightsVersion; }
 
 // Head: offset in bytes from the file's first.
 inline constexpr std::size_t kMagicAt = 0;           // u32
@@ -54,6 +59,19 @@ inline constexpr std::size_t kDirectoryCrcAt = 72;     // u32, CRC-32 of the dir
 inline constexpr std::size_t kReferenceLengthAt = 76;  // u8, characters of the reference system
 inline constexpr std::size_t kReferenceAt = 77;        // printable ASCII; after it the models, the head's CRC
 inline constexpr std::size_t kMaxReferenceBytes = 255;
+// Heights of version 3: the head's last bytes before its CRC.
+inline constexpr std::size_t kHeightSpacingAt = 0;  // u32, cells from post to post, divides the tile's side
+inline constexpr std::size_t kHeightQuantumAt = 4;  // u32, micrometres
+inline constexpr std::size_t kHeightBaseAt = 8;     // f64, m, frame `map`: height of a post of value 0
+inline constexpr std::size_t kHeightSigmaAt = 16;   // f32, m: of the ground against the posts' surface
+inline constexpr std::size_t kHeightCommonAt = 20;  // f32, m: what posts near each other share of their error
+inline constexpr std::size_t kHeightBytes = 24;
+inline constexpr std::uint32_t kMaxTileSteps = 32;  // from post to post, along a tile's side
+inline constexpr std::uint32_t kMaxPosts = kMaxTileSteps + 1;
+inline constexpr double kMaxHeight = 1e5;        // m, of the base
+inline constexpr float kMinHeightSigma = 1e-4F;  // m
+inline constexpr float kMaxHeightSigma = 1e3F;
+inline constexpr std::int32_t kMaxPostValue = 1 << 23;
 // Head CRC: the head's last bytes; with the two CRCs in the head it answers for the whole file.
 inline constexpr std::uint32_t kCrcBytes = 4;
 inline constexpr std::size_t kMinHeadBytes = kReferenceAt + kCrcBytes;
@@ -68,7 +86,8 @@ inline constexpr std::uint8_t kHasConfidence = 4;  // else 1
 // weight, padded with zero bits to a byte. See orbital_map/attribute_model.hpp.
 inline constexpr unsigned kMaxClasses[kAttributes] = {32, 16, 8};
 inline constexpr std::size_t kMaxModelBytes = (1 + 3 + 20) + (1 + 3 + 10) + (1 + 5);
-inline constexpr std::size_t kMaxHeadBytes = kReferenceAt + kMaxReferenceBytes + kMaxModelBytes + kCrcBytes;
+inline constexpr std::size_t kMaxHeadBytes =
+    kReferenceAt + kMaxReferenceBytes + kMaxModelBytes + kHeightBytes + kCrcBytes;
 inline constexpr unsigned kWeightBits = 5;
 inline constexpr unsigned kFrequencyBits = 12;
 inline constexpr std::uint32_t kFrequencyTotal = 1U << kFrequencyBits;
@@ -76,10 +95,11 @@ inline constexpr std::uint32_t kFrequencyTotal = 1U << kFrequencyBits;
 inline constexpr std::uint32_t kStateLow = 1U << 23U;
 
 // Payload of a tile.
-inline constexpr std::size_t kTileCountAt = 0;       // u16, 1 to kMaxTileBoulders
-inline constexpr std::size_t kTileDepthAt = 2;       // u8, 0 to kMaxDepth: to which blocks are halved
-inline constexpr std::size_t kTileHeadBytes = 3;     // where the map has no attributes
-inline constexpr std::size_t kAttributeBytesAt = 3;  // u16, bytes of the attribute stream, where it has some
+inline constexpr std::size_t kTileCountAt = 0;        // u16, 1 to kMaxTileBoulders
+inline constexpr std::size_t kTileDepthAt = 2;        // u8, 0 to kMaxDepth: to which blocks are halved
+inline constexpr std::size_t kTileHeadBytes = 3;      // where the map has no attributes
+inline constexpr std::size_t kAttributeBytesAt = 3;   // u16, bytes of the attribute stream, where it has some
+inline constexpr std::size_t kHeightLengthBytes = 2;  // of version 3, before all: u16, bytes of the heights
 inline constexpr unsigned kMaxDepth = 20;
 inline constexpr std::uint32_t kMaxBlockSide = 16384;  // cells, so that sums of a block's fit 32 bits
 

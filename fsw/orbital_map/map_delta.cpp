@@ -24,7 +24,7 @@ std::uint32_t map_bytes(std::uint32_t tiles) { return (tiles + 7U) / 8U; }
 
 bool MapShape::read(const std::uint8_t* bytes, std::size_t size) {
   if (bytes == nullptr || size < cmap::kMinHeadBytes) return false;
-  if (be::get_u32(bytes + cmap::kMagicAt) != cmap::kMagic || bytes[cmap::kVersionAt] != cmap::kVersion)
+  if (be::get_u32(bytes + cmap::kMagicAt) != cmap::kMagic || !cmap::is_known(bytes[cmap::kVersionAt]))
     return false;
   head_bytes = be::get_u16(bytes + cmap::kHeadBytesAt);
   file_bytes = be::get_u32(bytes + cmap::kFileBytesAt);

@@ -55,7 +55,7 @@ void MapReader::begin_tile() {
   }
   const std::uint32_t index = row_ * map_.columns() + column_;
   const bool placed = map_.tile(index, tile_);
-  const bool empty = placed && tile_.payload == nullptr;
+  const bool empty = placed && (tile_.payload == nullptr || tile_.heights_alone());
   const bool sized = tile_.bytes >= cmap::kCrcBytes && tile_.bytes <= cmap::kMaxTileBytes;
   if (empty) {
     ++column_;
@@ -77,7 +77,7 @@ void MapReader::crc_unit() {
   if (cursor_ < coded) return;
   phase_ = Phase::kBoulders;
   if (crc_ != be::get_u32(tile_.payload + coded) ||
-      !decoder_.start(map_.models(), tile_.shape, tile_.payload, coded)) {
+      !decoder_.start(map_.models(), tile_.shape, tile_.boulders(), tile_.boulder_bytes)) {
     leave_out_tile();
   }
 }

@@ -52,7 +52,7 @@ MapStatus OrbitalMap::read_head(const std::uint8_t* bytes, std::size_t size) {
   if (bytes == nullptr || size == 0) return MapStatus::kNoMap;
   if (size < cmap::kMinHeadBytes) return MapStatus::kTruncated;
   if (be::get_u32(bytes + cmap::kMagicAt) != cmap::kMagic) return MapStatus::kBadMagic;
-  if (bytes[cmap::kVersionAt] != cmap::kVersion) return MapStatus::kUnknownVersion;
+  if (!cmap::is_known(bytes[cmap::kVersionAt])) return MapStatus::kUnknownVersion;
   const std::uint32_t head_bytes = be::get_u16(bytes + cmap::kHeadBytesAt);
   if (head_bytes < cmap::kMinHeadBytes || head_bytes > cmap::kMaxHeadBytes) return MapStatus::kHeaderCrc;
   if (size < head_bytes) return MapStatus::kTruncated;
@@ -100,12 +100,33 @@ MapStatus OrbitalMap::read_fields(std::uint32_t head_bytes) {
   if (file_bytes_ < payloads_at_) return MapStatus::kBadHeader;
 
   const std::size_t text_bytes = h[cmap::kReferenceLengthAt];
-  const std::size_t models_end = head_bytes - cmap::kCrcBytes;
+  std::size_t models_end = head_bytes - cmap::kCrcBytes;
+  heights_ = MapHeights();
+  if (h[cmap::kVersionAt] == cmap::kHeightsVersion) {
+    if (models_end < cmap::kReferenceAt + cmap::kHeightBytes) return MapStatus::kBadHeader;
+    models_end -= cmap::kHeightBytes;
+    if (!read_heights(h + models_end)) return MapStatus::kBadHeader;
+  }
   if (text_bytes > models_end - cmap::kReferenceAt) return MapStatus::kBadHeader;
   const std::size_t models_at = cmap::kReferenceAt + text_bytes;
   const bool good = flags < 1U << cmap::kAttributes && is_printable(h + cmap::kReferenceAt, text_bytes) &&
                     models_.read(flags, h + models_at, models_end - models_at);
   return good ? MapStatus::kUsable : MapStatus::kBadHeader;
+}
+
+bool OrbitalMap::read_heights(const std::uint8_t* fields) {
+  heights_.spacing = be::get_u32(fields + cmap::kHeightSpacingAt);
+  const std::uint32_t quantum_um = be::get_u32(fields + cmap::kHeightQuantumAt);
+  heights_.quantum_m = quantum_um * kMicrometre;
+  heights_.base_m = be::get_f64(fields + cmap::kHeightBaseAt);
+  heights_.sigma_m = be::get_f32(fields + cmap::kHeightSigmaAt);
+  heights_.common_m = be::get_f32(fields + cmap::kHeightCommonAt);
+  return within(heights_.spacing, 1U, tile_side_) && tile_side_ % heights_.spacing == 0 &&
+         tile_side_ / heights_.spacing <= cmap::kMaxTileSteps &&
+         within(quantum_um, cmap::kMinQuantum, cmap::kMaxQuantum) &&
+         within(heights_.base_m, -cmap::kMaxHeight, cmap::kMaxHeight) && !is_subnormal(heights_.base_m) &&
+         within(heights_.sigma_m, cmap::kMinHeightSigma, cmap::kMaxHeightSigma) &&
+         within(heights_.common_m, cmap::kMinHeightSigma, cmap::kMaxHeightSigma);
 }
 
 /// Directory entry `tile`; behind the last the end of the payloads.
@@ -125,6 +146,16 @@ bool OrbitalMap::tile(std::uint32_t index, MapTile& out) const {
   out = MapTile();
   if (first < end) out.payload = bytes_ + payloads_at_ + first;
   out.bytes = end - first;
+  out.boulder_bytes = out.bytes > cmap::kCrcBytes ? out.bytes - cmap::kCrcBytes : 0U;
+  if (heights_.spacing > 0 && out.boulder_bytes > 0) {
+    out.heights_at = cmap::kHeightLengthBytes;
+    if (out.boulder_bytes < out.heights_at) return false;
+    out.height_bytes = be::get_u16(out.payload);
+    out.boulder_bytes -= out.heights_at;
+    if (out.height_bytes > out.boulder_bytes) return false;
+    out.boulder_bytes -= out.height_bytes;
+    out.boulders_at = out.heights_at + out.height_bytes;
+  }
   const std::uint32_t row = index / columns_;
   out.first_x = (index - row * columns_) * tile_side_;
   out.first_y = row * tile_side_;
@@ -199,10 +230,9 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
                                         MapBoulders& out) const {
   MapTile place;
   if (!tile(index, place) || !tile_holds(index, place)) return Taken::kCorrupt;
-  if (place.payload == nullptr) return Taken::kAll;
+  if (place.payload == nullptr || place.heights_alone()) return Taken::kAll;
   cmap::TileDecoder decoder;
-  if (!decoder.start(models_, place.shape, place.payload, place.bytes - cmap::kCrcBytes))
-    return Taken::kCorrupt;
+  if (!decoder.start(models_, place.shape, place.boulders(), place.boulder_bytes)) return Taken::kCorrupt;
   const std::size_t before = out.size();
   const double radius2 = radius_m * radius_m;
   // Copies: for all that the compiler knows, what is written below might change the originals.
@@ -265,6 +295,10 @@ Progress MapValidation::step(WorkBudget& budget) {
         if (!budget.take(2 * kCrcUnitBytes)) return Progress::kMore;
         check_tile_crc_unit();
         break;
+      case Phase::kHeights:
+        if (!budget.take(12 * cmap::kMaxPosts)) return Progress::kMore;
+        check_height_row();
+        break;
       case Phase::kBoulders:
         if (!budget.take(25 * kBoulderUnit)) return Progress::kMore;
         check_boulder_unit();
@@ -320,8 +354,32 @@ void MapValidation::check_tile_crc_unit() {
   if (cursor_ < coded) return;
   const std::uint8_t* said = tile_.payload + coded;
   tiles_crc_ = crc32(said, cmap::kCrcBytes, tiles_crc_);
+  if (crc_ != be::get_u32(said)) {
+    leave_out_tile();
+  } else if (tile_.height_bytes > 0) {
+    phase_ = Phase::kHeights;
+    const MapHeights& grid = candidate_.heights_;
+    if (!heights_.start(grid.posts(tile_.shape.width), grid.posts(tile_.shape.height), tile_.heights(),
+                        tile_.height_bytes))
+      leave_out_tile();
+  } else {
+    begin_boulders();
+  }
+}
+
+void MapValidation::check_height_row() {
+  switch (heights_.read(posts_)) {
+    case cmap::HeightStep::kMore: break;
+    case cmap::HeightStep::kCorrupt: leave_out_tile(); break;
+    case cmap::HeightStep::kEnd: begin_boulders(); break;
+  }
+}
+
+void MapValidation::begin_boulders() {
   phase_ = Phase::kBoulders;
-  if (crc_ != be::get_u32(said) || !decoder_.start(candidate_.models_, tile_.shape, tile_.payload, coded)) {
+  if (tile_.heights_alone()) {
+    tile_is_done();
+  } else if (!decoder_.start(candidate_.models_, tile_.shape, tile_.boulders(), tile_.boulder_bytes)) {
     leave_out_tile();
   }
 }
@@ -333,18 +391,20 @@ void MapValidation::check_boulder_unit() {
     case cmap::TileStep::kMore: break;
     case cmap::TileStep::kCorrupt: leave_out_tile(); break;
     case cmap::TileStep::kEnd:
-      ++good_tiles_;
       good_boulders_ += decoder_.count();
-      ++index_;
-      phase_ = Phase::kNextTile;
+      tile_is_done();
       break;
   }
 }
 
-void MapValidation::leave_out_tile() {
-  ++candidate_.damaged_tiles_;
+void MapValidation::tile_is_done() {
   ++index_;
   phase_ = Phase::kNextTile;
+}
+
+void MapValidation::leave_out_tile() {
+  ++candidate_.damaged_tiles_;
+  tile_is_done();
 }
 
 void MapValidation::conclude() {
@@ -352,9 +412,9 @@ void MapValidation::conclude() {
   const bool as_made = !whole || tiles_crc_ == be::get_u32(candidate_.bytes_ + cmap::kTilesCrcAt);
   if (whole && good_boulders_ != candidate_.count_) {
     status_ = MapStatus::kBadDirectory;
-  } else if (whole && as_made && good_tiles_ == 0) {
+  } else if (whole && as_made && good_boulders_ == 0) {
     status_ = MapStatus::kNoBoulders;
-  } else if (!as_made || good_tiles_ == 0) {
+  } else if (!as_made || good_boulders_ == 0) {
     status_ = MapStatus::kPayloadCrc;
   } else {
     status_ = whole ? MapStatus::kUsable : MapStatus::kDamaged;

@@ -18,6 +18,7 @@
 #include "core/work_budget.hpp"
 #include "geometry/boulder.hpp"
 #include "orbital_map/attribute_model.hpp"
+#include "orbital_map/height_decoder.hpp"
 #include "orbital_map/tile_decoder.hpp"
 
 namespace cairn {
@@ -58,11 +59,31 @@ enum class CAIRN_NODISCARD WindowStatus : std::uint8_t {
 
 /// A tile in the map's bytes.
 struct MapTile {
-  const std::uint8_t* payload = nullptr;  ///< null where the tile holds no boulder
-  std::uint32_t bytes = 0;                ///< with its CRC; 0 where it holds no boulder
-  std::uint32_t first_x = 0;              ///< cell of its south-west corner
+  const std::uint8_t* payload = nullptr;  ///< null where the tile holds nothing
+  std::uint32_t bytes = 0;                ///< with its CRC; 0 where it holds nothing
+  std::uint32_t heights_at = 0;           ///< in the payload: what HeightDecoder reads
+  std::uint32_t height_bytes = 0;         ///< 0 where it has none
+  std::uint32_t boulders_at = 0;          ///< and TileDecoder
+  std::uint32_t boulder_bytes = 0;
+  std::uint32_t first_x = 0;  ///< cell of its south-west corner
   std::uint32_t first_y = 0;
   cmap::TileShape shape;
+
+  const std::uint8_t* heights() const { return payload + heights_at; }
+  const std::uint8_t* boulders() const { return payload + boulders_at; }
+  bool heights_alone() const { return boulder_bytes == 0 && height_bytes > 0; }
+};
+
+/// The ground's heights as a map carries them: posts on a square grid, the surface bilinear between.
+struct MapHeights {
+  std::uint32_t spacing = 0;  ///< cells from post to post; 0: the map has none
+  float sigma_m = 0.0F;       ///< of the ground against the surface, from place to place
+  float common_m = 0.0F;      ///< what places near each other share of the surface's error
+  double quantum_m = 0.0;
+  double base_m = 0.0;  ///< frame `map`: a post stands at base + value * quantum
+
+  /// Along a side of so many cells.
+  std::uint32_t posts(std::uint32_t cells) const { return (cells - 1U) / spacing + 2U; }
 };
 
 /// A validated map. Trivially copyable, some 600 bytes; borrows the bytes given to MapValidation::start.
@@ -93,6 +114,7 @@ class OrbitalMap {
   std::uint32_t tiles() const { return columns_ * rows_; }
   std::uint32_t columns() const { return columns_; }
   const cmap::AttributeModels& models() const { return models_; }
+  const MapHeights& heights() const { return heights_; }
   /// Where tile `index` (below tiles()) lies. False where the directory has come to lead astray.
   [[nodiscard]] bool tile(std::uint32_t index, MapTile& out) const;
   /// Whether the CRC of tile `index`, as given by tile(), holds. Cost: its bytes, at most 65535.
@@ -128,6 +150,7 @@ class OrbitalMap {
   Taken take_tile(std::uint32_t index, const Vec2& p_map_m, double radius_m, MapBoulders& out) const;
   MapStatus read_head(const std::uint8_t* bytes, std::size_t size);
   MapStatus read_fields(std::uint32_t head_bytes);
+  bool read_heights(const std::uint8_t* fields);
 
   const std::uint8_t* bytes_ = nullptr;
   double origin_x_m_ = 0.0;
@@ -149,39 +172,45 @@ class OrbitalMap {
   std::uint32_t head_crc_ = 0;
   std::uint32_t tiles_crc_ = 0;
   cmap::AttributeModels models_;
+  MapHeights heights_;
 };
 
 /// Checks a whole map in slices of bounded work, before its first use. A job.
 ///
-/// Order: presence, head (magic, version, CRC, ranges), length, directory, tiles one by one (CRC, then
-/// every boulder decoded), CRC over the tiles' CRCs, number of boulders. Any one or two flipped bits are
+/// Order: presence, head (magic, version, CRC, ranges), length, directory, tiles one by one (CRC, then each
+/// height and boulder decoded), CRC over the tiles' CRCs, boulders' number. Any one or two flipped bits are
 /// found by magic, version or a CRC-32. Bytes beyond the file's own length (a bank larger than the map) are
 /// not looked at.
 class MapValidation {
  public:
-  /// Looks at the head (bounded: 380 bytes) and gets ready for the rest: kChecking, or why not. `bytes` is
+  /// Looks at the head (bounded: 404 bytes) and gets ready for the rest: kChecking, or why not. `bytes` is
   /// borrowed until the validation is done, and as long as the resulting map is used.
   MapStatus start(const std::uint8_t* bytes, std::size_t size);
-  /// Units: 64 directory entries, a tile's place, 256 bytes of its CRC, 32 of its boulders; 800 operations
-  /// each, and 1024 more once a tile where it passes over empty blocks.
+  /// Units: 64 directory entries, a tile's place, 256 bytes of its CRC, a row of its heights, 32 of its
+  /// boulders; 800 operations each, and 1024 more once a tile where it passes over empty blocks.
   Progress step(WorkBudget& budget);
   MapStatus status() const { return status_; }
   /// The map where may_be_used(status()), else no map.
   const OrbitalMap& result() const { return result_; }
 
  private:
-  enum class Phase : std::uint8_t { kDirectory, kNextTile, kTileCrc, kBoulders };
+  enum class Phase : std::uint8_t { kDirectory, kNextTile, kTileCrc, kHeights, kBoulders };
 
   void check_directory_unit();
   void begin_tile();
   void check_tile_crc_unit();
+  void check_height_row();
+  void begin_boulders();
   void check_boulder_unit();
+  void tile_is_done();
   void leave_out_tile();
   void conclude();
 
   OrbitalMap candidate_;
   OrbitalMap result_;
   cmap::TileDecoder decoder_;
+  cmap::HeightDecoder heights_;
+  cmap::Post posts_[cmap::kMaxPosts];
   MapTile tile_;
   MapStatus status_ = MapStatus::kIdle;
   Phase phase_ = Phase::kDirectory;
@@ -190,7 +219,6 @@ class MapValidation {
   std::uint32_t cursor_ = 0;  ///< byte of the tile that comes next
   std::uint32_t crc_ = 0;     ///< of the directory, then of the tile
   std::uint32_t tiles_crc_ = 0;
-  std::uint32_t good_tiles_ = 0;
   std::uint32_t good_boulders_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "base/tool_error.hpp"
+#include "core/assert.hpp"
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
 #include "core/trig.hpp"
@@ -81,6 +82,13 @@ std::vector<Quantised> quantise(const std::vector<TableBoulder>& boulders, const
   return all;
 }
 
+/// The side of tiles of whole steps of the heights' spacing.
+std::uint32_t whole_steps(std::uint32_t side, const HeightGrid* heights) {
+  if (heights == nullptr) return side;
+  const std::uint32_t steps = std::clamp((side - 1U) / heights->spacing + 1U, 1U, cmap::kMaxTileSteps);
+  return std::max(1U, std::min(steps, cmap::kMaxTileSide / heights->spacing)) * heights->spacing;
+}
+
 /// The fullest tile's boulders, for tiles of this side.
 std::size_t fullest(const std::vector<Quantised>& coded, const CmapLayout& layout) {
   std::vector<std::size_t> held(static_cast<std::size_t>(layout.columns()) * layout.rows());
@@ -89,7 +97,8 @@ std::size_t fullest(const std::vector<Quantised>& coded, const CmapLayout& layou
 }
 
 /// Square tiles that hold so many boulders on average, and nowhere too many.
-void choose_tiles(CmapLayout& layout, const std::vector<Quantised>& coded, double boulders_per_tile) {
+void choose_tiles(CmapLayout& layout, const std::vector<Quantised>& coded, double boulders_per_tile,
+                  const HeightGrid* heights) {
   const double tiles =
       std::clamp(static_cast<double>(coded.size()) / std::max(boulders_per_tile, 1.0), 1.0, kMostTilesWanted);
   const double width = layout.extent_x;
@@ -97,7 +106,8 @@ void choose_tiles(CmapLayout& layout, const std::vector<Quantised>& coded, doubl
   const double ideal = std::sqrt(width * height / tiles);
   const double side = std::max(std::ceil(width / std::max(1.0, std::round(width / ideal))),
                                std::ceil(height / std::max(1.0, std::round(height / ideal))));
-  layout.tile_side = static_cast<std::uint32_t>(std::min<double>(side, cmap::kMaxTileSide));
+  layout.tile_side =
+      whole_steps(static_cast<std::uint32_t>(std::min<double>(side, cmap::kMaxTileSide)), heights);
   for (;;) {
     if (static_cast<double>(layout.columns()) * layout.rows() > cmap::kMaxTiles) {
       throw ToolError(
@@ -106,11 +116,33 @@ void choose_tiles(CmapLayout& layout, const std::vector<Quantised>& coded, doubl
           coded.size(), width, height, cmap::kMaxTiles);
     }
     if (fullest(coded, layout) <= cmap::kMaxTileBoulders) return;
-    layout.tile_side = (layout.tile_side + 1U) / 2U;
+    const std::uint32_t smaller = whole_steps((layout.tile_side + 1U) / 2U, heights);
+    if (smaller == layout.tile_side)
+      throw ToolError("{} boulders are too many between posts of the heights; choose a smaller --height-step",
+                      fullest(coded, layout));
+    layout.tile_side = smaller;
   }
 }
 
-Payloads encode_tiles(const CmapLayout& layout, const std::vector<Quantised>& coded) {
+/// A payload of version 3: the heights, then the boulders as they were, sealed anew.
+std::vector<std::uint8_t> with_heights(std::uint32_t tile, const std::vector<std::uint8_t>& boulders,
+                                       const std::vector<std::uint8_t>& heights) {
+  if (boulders.empty() && heights.empty()) return {};
+  std::vector<std::uint8_t> out = {static_cast<std::uint8_t>(heights.size() >> 8U),
+                                   static_cast<std::uint8_t>(heights.size())};
+  out.insert(out.end(), heights.begin(), heights.end());
+  if (!boulders.empty()) out.insert(out.end(), boulders.begin(), boulders.end() - cmap::kCrcBytes);
+  const std::uint32_t crc = crc32(out.data(), out.size(), cmap::tile_crc_start(tile));
+  out.resize(out.size() + cmap::kCrcBytes);
+  be::put_u32(out.data() + out.size() - cmap::kCrcBytes, crc);
+  if (out.size() > cmap::kMaxTileBytes)
+    throw ToolError("a tile would take {} bytes, more than {}; choose a larger --height-step", out.size(),
+                    cmap::kMaxTileBytes);
+  return out;
+}
+
+Payloads encode_tiles(const CmapLayout& layout, const std::vector<Quantised>& coded,
+                      const CmapOptions& options) {
   std::array<std::vector<std::uint8_t>, cmap::kAttributes> classes;
   for (unsigned a = 0; a < cmap::kAttributes; ++a) {
     if (!layout.tables[a].present()) continue;
@@ -140,15 +172,21 @@ Payloads encode_tiles(const CmapLayout& layout, const std::vector<Quantised>& co
                       tiles[t].size(), cmap::kMaxTileBoulders);
     }
     payloads.push_back(encode_tile(t, shape, layout.tables, tiles[t]));
+    if (options.heights == nullptr) continue;
+    const bool wanted = options.tiles_with_heights == nullptr || (*options.tiles_with_heights)[t];
+    std::vector<std::uint8_t> heights;
+    if (wanted) heights = encode_heights(*options.heights, t % columns * side, t / columns * side, shape);
+    payloads.back() = with_heights(t, payloads.back(), heights);
   }
   return payloads;
 }
 
-std::vector<std::uint8_t> head_of(const CmapLayout& layout, const CmapSource& source) {
+std::vector<std::uint8_t> head_of(const CmapLayout& layout, const CmapSource& source,
+                                  const HeightGrid* heights) {
   std::vector<std::uint8_t> head(cmap::kReferenceAt);
   std::uint8_t* h = head.data();
   be::put_u32(h + cmap::kMagicAt, cmap::kMagic);
-  h[cmap::kVersionAt] = cmap::kVersion;
+  h[cmap::kVersionAt] = heights != nullptr ? cmap::kHeightsVersion : cmap::kVersion;
   for (unsigned a = 0; a < cmap::kAttributes; ++a) {
     if (layout.tables[a].present())
       h[cmap::kFlagsAt] = static_cast<std::uint8_t>(h[cmap::kFlagsAt] | 1U << a);
@@ -174,6 +212,7 @@ std::vector<std::uint8_t> head_of(const CmapLayout& layout, const CmapSource& so
     head.push_back(c >= 0x20 && c < 0x7F ? static_cast<std::uint8_t>(c) : std::uint8_t{'?'});
   }
   for (const AttributeTable& table : layout.tables) table.put(head);
+  if (heights != nullptr) heights->put_head(head);
   head.resize(head.size() + cmap::kCrcBytes);
   be::put_u16(head.data() + cmap::kHeadBytesAt, static_cast<std::uint16_t>(head.size()));
   return head;
@@ -240,6 +279,17 @@ MapExtent extent_of(const CmapLayout& layout) {
           layout.origin_y_m + (layout.extent_y - 1U) * quantum_m};
 }
 
+void check_heights(const CmapLayout& layout, const CmapOptions& options) {
+  if (options.heights == nullptr) return;
+  const std::uint32_t spacing = options.heights->spacing;
+  CAIRN_ASSERT(options.heights->columns == posts_along(layout.extent_x, spacing) &&
+               options.heights->rows == posts_along(layout.extent_y, spacing));
+  if (options.like != nullptr &&
+      (layout.tile_side % spacing != 0 || layout.tile_side / spacing > cmap::kMaxTileSteps))
+    throw ToolError("tiles of {} cells are not 1 to {} steps of {} cells of the heights; choose another step",
+                    layout.tile_side, cmap::kMaxTileSteps, spacing);
+}
+
 TableBoulder boulder_of(const OrbitalMap& map, const MapTile& tile, const cmap::TileBoulder& coded) {
   TableBoulder b;
   b.p_map_m = map.origin_map_m() + Vec2(tile.first_x + coded.x, tile.first_y + coded.y) * map.quantum_m();
@@ -258,7 +308,8 @@ bool read_tile(const OrbitalMap& map, std::uint32_t index, std::vector<TableBoul
   if (!map.tile(index, tile) || !OrbitalMap::tile_holds(index, tile)) return false;
   if (tile.bytes == 0) return true;
   cmap::TileDecoder decoder;
-  if (!decoder.start(map.models(), tile.shape, tile.payload, tile.bytes - cmap::kCrcBytes)) return false;
+  if (tile.heights_alone()) return true;
+  if (!decoder.start(map.models(), tile.shape, tile.boulders(), tile.boulder_bytes)) return false;
   const std::size_t before = out.size();
   std::array<cmap::TileBoulder, 64> coded;
   cmap::TileStep step = cmap::TileStep::kMore;
@@ -318,6 +369,18 @@ double suitable_quantum_m(double pixel_m) {
   return 0.001 * quantum_mm;
 }
 
+CmapLayout cells_of(const MapExtent& extent, double quantum_m) {
+  check_extent(extent, quantum_m);
+  CmapLayout layout;
+  layout.origin_x_m = extent.min_x_m;
+  layout.origin_y_m = extent.min_y_m;
+  layout.quantum_um = static_cast<std::uint32_t>(std::llround(quantum_m * kMicrometresPerMetre));
+  quantum_m = layout.quantum_um / kMicrometresPerMetre;
+  layout.extent_x = cells_along(extent.max_x_m - extent.min_x_m, quantum_m);
+  layout.extent_y = cells_along(extent.max_y_m - extent.min_y_m, quantum_m);
+  return layout;
+}
+
 std::vector<std::uint8_t> encode_cmap(const std::vector<TableBoulder>& boulders, const MapExtent& extent,
                                       double quantum_m, const CmapSource& source, const CmapOptions& options,
                                       CmapReport* report) {
@@ -327,22 +390,17 @@ std::vector<std::uint8_t> encode_cmap(const std::vector<TableBoulder>& boulders,
     layout = *options.like;
     mapped = extent_of(layout);
   } else {
-    check_extent(extent, quantum_m);
-    layout.origin_x_m = extent.min_x_m;
-    layout.origin_y_m = extent.min_y_m;
-    layout.quantum_um = static_cast<std::uint32_t>(std::llround(quantum_m * kMicrometresPerMetre));
-    quantum_m = layout.quantum_um / kMicrometresPerMetre;
-    layout.extent_x = cells_along(extent.max_x_m - extent.min_x_m, quantum_m);
-    layout.extent_y = cells_along(extent.max_y_m - extent.min_y_m, quantum_m);
+    layout = cells_of(extent, quantum_m);
   }
+  check_heights(layout, options);
   CmapReport made;
   const std::vector<Quantised> coded = quantise(boulders, layout, mapped, made.merged);
   made.boulders = coded.size();
-  if (options.like == nullptr) choose_tiles(layout, coded, options.boulders_per_tile);
+  if (options.like == nullptr) choose_tiles(layout, coded, options.boulders_per_tile, options.heights);
   made.like_base = choose_tables(layout, coded, options);
   if (report != nullptr) *report = made;
-  return assemble(head_of(layout, source), static_cast<std::uint32_t>(coded.size()),
-                  encode_tiles(layout, coded));
+  return assemble(head_of(layout, source, options.heights), static_cast<std::uint32_t>(coded.size()),
+                  encode_tiles(layout, coded, options));
 }
 
 std::string explain(MapStatus status) {
@@ -410,6 +468,7 @@ CmapContent decode_cmap(const std::vector<std::uint8_t>& bytes, const std::strin
   map.reference_system.assign(reinterpret_cast<const char*>(h + cmap::kReferenceAt),
                               h[cmap::kReferenceLengthAt]);
   map.damaged_tiles = reader.damaged_tiles();
+  map.heights = read_heights(reader, map.layout.extent_x, map.layout.extent_y);
   for (std::uint32_t t = 0; t < map.columns * map.rows; ++t) {
     const std::uint32_t x = t % map.columns * map.layout.tile_side;
     const std::uint32_t y = t / map.columns * map.layout.tile_side;
@@ -425,6 +484,7 @@ CmapContent decode_cmap(const std::vector<std::uint8_t>& bytes, const std::strin
       tile.good = read_tile(reader, t, map.boulders);
       tile.count = static_cast<std::uint32_t>(map.boulders.size() - before);
       tile.bytes = place.bytes;
+      tile.heights_bytes = place.height_bytes + place.heights_at;
       if (place.bytes > 0) {
         tile.offset = static_cast<std::size_t>(place.payload - bytes.data());
         if (place.bytes >= cmap::kCrcBytes)

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/boulder_table.hpp"
+#include "cmap/height_grid.hpp"
 #include "cmap/tile_encoder.hpp"
 #include "orbital_map/cmap_format.hpp"
 #include "orbital_map/orbital_map.hpp"
@@ -39,6 +40,9 @@ struct CmapLayout {
   std::uint32_t rows() const { return (extent_y - 1U) / tile_side + 1U; }
 };
 
+/// The cells of a map of this extent, before its tiles are chosen; throws as encode_cmap.
+CmapLayout cells_of(const MapExtent& extent, double quantum_m);
+
 /// The layout of a map that holds (kUsable, kDamaged or kNoBoulders); throws ToolError else.
 CmapLayout layout_of(const std::vector<std::uint8_t>& bytes, const std::string& name);
 
@@ -48,6 +52,10 @@ struct CmapOptions {
   /// Take the grid of this map instead of the extent and the quantum given, and its attribute tables unless a
   /// boulder lies off them. Boulders must lie within its extent.
   const CmapLayout* like = nullptr;
+  /// Heights over the map's cells (a map of version 3), null for none (version 2). Tiles are whole steps of
+  /// its spacing then.
+  const HeightGrid* heights = nullptr;
+  const std::vector<bool>* tiles_with_heights = nullptr;  ///< of all tiles; null: all
 };
 
 /// What the encoder did beside encoding.
@@ -77,12 +85,13 @@ std::vector<std::uint8_t> encode_cmap(const std::vector<TableBoulder>& boulders,
 /// A tile of a map.
 struct CmapTile {
   std::uint32_t index = 0;
-  MapExtent extent;         ///< m, frame `map`: from its first cell to its last
-  std::size_t offset = 0;   ///< of the payload in the file
-  std::uint32_t bytes = 0;  ///< of the payload with its CRC
-  std::uint32_t crc = 0;    ///< as the payload says; 0 for an empty tile
-  std::uint32_t count = 0;  ///< boulders, 0 where it is bad
-  bool good = true;         ///< empty, or CRC holds and every boulder decodes
+  MapExtent extent;                 ///< m, frame `map`: from its first cell to its last
+  std::size_t offset = 0;           ///< of the payload in the file
+  std::uint32_t bytes = 0;          ///< of the payload with its CRC
+  std::uint32_t crc = 0;            ///< as the payload says; 0 for an empty tile
+  std::uint32_t count = 0;          ///< boulders, 0 where it is bad
+  std::uint32_t heights_bytes = 0;  ///< of the payload, with their length
+  bool good = true;                 ///< empty, or CRC holds and every boulder decodes
 };
 
 struct CmapContent {
@@ -90,6 +99,7 @@ struct CmapContent {
   std::vector<CmapTile> tiles;
   CmapLayout layout;
   MapExtent extent;
+  HeightGrid heights;
   double quantum_m = 0.0;
   double pixel_m = 0.0;
   cmap::Method method = cmap::Method::kTable;

@@ -73,6 +73,7 @@ struct Job {
   GridShift shift;
   CmapSource source;
   std::vector<CorridorBoulder> reached;
+  HeightGrid heights;  ///< on the posts of the cut
 
   /// The map of the boulders in the tiles that `keeps` names, in the tables of the base or of the map.
   Bytes encode(const AttributeTables& tables, const std::vector<bool>& keeps) const {
@@ -84,6 +85,8 @@ struct Job {
     like.tables = tables;
     CmapOptions options;
     options.like = &like;
+    if (heights.present()) options.heights = &heights;
+    options.tiles_with_heights = &keeps;
     return encode_cmap(boulders, {}, map.quantum_m, source, options);
   }
 };
@@ -222,6 +225,17 @@ void check_base(const CmapContent& map, const std::string& name, const BaseMap& 
   }
 }
 
+/// The map's heights on the cut's posts.
+HeightGrid cut_heights(const CmapContent& map, const CmapLayout& layout) {
+  const HeightGrid& all = map.heights;
+  if (!all.present()) return {};
+  const std::int64_t east = std::llround((layout.origin_x_m - map.layout.origin_x_m) / map.quantum_m);
+  const std::int64_t north = std::llround((layout.origin_y_m - map.layout.origin_y_m) / map.quantum_m);
+  if (east % all.spacing != 0 || north % all.spacing != 0 || layout.tile_side % all.spacing != 0)
+    throw ToolError("the map's heights do not stand on the corners of the base's tiles; omit --base");
+  return moved(all, east, north, layout.extent_x, layout.extent_y);
+}
+
 }  // namespace
 
 Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedPath& path,
@@ -236,7 +250,7 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
   cut.box = corridor_box(path, params, map.extent);
   cut.map_boulders = map.boulders.size();
   cut.map_bytes = map_bytes.size();
-  Job job{map, params, base, {}, {}, {}, boulders_within_reach(map.boulders, path, params)};
+  Job job{map, params, base, {}, {}, {}, boulders_within_reach(map.boulders, path, params), {}};
   cut.corridor_boulders = job.reached.size();
   if (job.reached.empty()) {
     throw ToolError("{}: has no boulder within {:.1f} m of the path; give a larger --width, or another path",
@@ -248,10 +262,13 @@ Cut cut_corridor(const Bytes& map_bytes, const std::string& name, const PlannedP
     lattice = layout_of(base->bytes, base->name);
     side = lattice.tile_side;
   }
+  if (map.heights.present() && !base)
+    side = std::clamp((side - 1U) / map.heights.spacing + 1U, 1U, cmap::kMaxTileSteps) * map.heights.spacing;
   job.layout = grid_over(lattice, side, cut.box);
   if (base && !find_shift(lattice, job.layout, job.shift)) {
     throw ToolError("{}: is too far from the path; omit --base", base->name);
   }
+  job.heights = cut_heights(map, job.layout);
   job.source = {
       map.method,
       map.pixel_m,

@@ -45,6 +45,9 @@ struct BuildOptions {
   fs::path quicklook;
   fs::path quality;
   fs::path dem;
+  double height_step_m = 0.5;   ///< from post to post
+  double height_sigma_m = 0.0;  ///< 0 = from the elevation model's pixel
+  HeightGrid heights_like;      ///< of the map that --like names
   fs::path state;
   double min_diameter_m = 0.0;
   double quantum_m = 0.0;  ///< 0 = from the pixel
@@ -96,6 +99,60 @@ std::string write_craters_alone(const BuildOptions& options, const Prepared& mad
                      fmt::join(written, " and "));
 }
 
+/// Square of samples about a post, where the model's pixels are finer than the posts.
+constexpr std::uint32_t kMostFine = 4;
+constexpr std::size_t kMostSamples = 30'000'000;
+/// Of a pixel of a stereo elevation model: what its heights are off in common, near each other.
+constexpr double kDemSigmaPx = 0.25;
+
+/// Cells from post to post.
+std::uint32_t height_spacing(const BuildOptions& options, double quantum_m) {
+  const CmapLayout* like = options.coding.like;
+  if (options.heights_like.present()) return options.heights_like.spacing;
+  const double wanted = std::round(options.height_step_m / quantum_m);
+  const auto cells = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, 1.0 * cmap::kMaxTileSide));
+  if (like == nullptr) return cells;
+  std::uint32_t best = like->tile_side;
+  for (std::uint32_t steps = 1; steps <= cmap::kMaxTileSteps; ++steps) {  // the nearest that tiles go by
+    const std::uint32_t spacing = like->tile_side / steps;
+    const auto off = [&](std::uint32_t s) { return std::fabs(std::log(static_cast<double>(s) / cells)); };
+    if (spacing > 0 && spacing * steps == like->tile_side && off(spacing) < off(best)) best = spacing;
+  }
+  return best;
+}
+
+/// The heights of the map's ground, from --dem.
+HeightGrid heights_of(const BuildOptions& options, const Prepared& made, double quantum_m) {
+  const CmapLayout cells =
+      options.coding.like != nullptr ? *options.coding.like : cells_of(made.extent, quantum_m);
+  const std::uint32_t spacing = height_spacing(options, quantum_m);
+  HeightSamples samples;
+  const std::size_t columns = posts_along(cells.extent_x, spacing);
+  const std::size_t rows = posts_along(cells.extent_y, spacing);
+  if (columns * rows > kMostSamples)
+    throw ToolError("--height-step: {} m gives {} heights, more than {}; choose a larger one",
+                    spacing * quantum_m, columns * rows, kMostSamples);
+  const double pixel_m =
+      heights_at(options.dem, {{made.extent.min_x_m, made.extent.min_y_m}}, made.source.reference_system)
+          .pixel_m;
+  while (samples.fine < kMostFine && samples.fine * pixel_m < spacing * quantum_m &&
+         (samples.fine + 1) * (samples.fine + 1) * columns * rows <= kMostSamples)
+    ++samples.fine;
+  samples.columns = static_cast<std::uint32_t>(columns - 1) * samples.fine + 1U;
+  samples.rows = static_cast<std::uint32_t>(rows - 1) * samples.fine + 1U;
+  std::vector<Vec2> places;
+  const double step = static_cast<double>(spacing) / samples.fine;
+  for (std::uint32_t v = 0; v < samples.rows; ++v) {
+    for (std::uint32_t u = 0; u < samples.columns; ++u) {
+      places.emplace_back(cells.origin_x_m + std::min(u * step, cells.extent_x - 1.0) * quantum_m,
+                          cells.origin_y_m + std::min(v * step, cells.extent_y - 1.0) * quantum_m);
+    }
+  }
+  samples.z_m = heights_at(options.dem, places, made.source.reference_system).z_m;
+  const double sigma_m = options.height_sigma_m > 0.0 ? options.height_sigma_m : kDemSigmaPx * pixel_m;
+  return fit_heights(samples, spacing, sigma_m, options.heights_like);
+}
+
 /// Encodes the map and writes all that is asked for, the map last.
 void write_products(const BuildOptions& options, Prepared& made, OutputFile& map) {
   const std::string& system = made.source.reference_system;
@@ -107,8 +164,14 @@ void write_products(const BuildOptions& options, Prepared& made, OutputFile& map
   made.source.epoch_s = options.labels.epoch_s;
   made.source.revision = options.labels.revision;
   CmapReport report;
+  CmapOptions coding = options.coding;
+  HeightGrid grid;
+  if (!options.dem.empty()) {
+    grid = heights_of(options, made, quantum_m);
+    coding.heights = &grid;
+  }
   const std::vector<std::uint8_t> bytes =
-      encode_cmap(made.boulders, made.extent, quantum_m, made.source, options.coding, &report);
+      encode_cmap(made.boulders, made.extent, quantum_m, made.source, coding, &report);
   map.write(bytes);
   if (!options.csv.empty()) write_csv(options.csv, made.boulders, system, made.craters);
   if (!options.gpkg.empty()) write_geopackage(options.gpkg, made.boulders, system, made.craters);
@@ -124,8 +187,13 @@ void write_products(const BuildOptions& options, Prepared& made, OutputFile& map
              bytes.size());
   if (report.merged > 0)
     fmt::print("{} boulders omitted, each within {} m of a larger one\n", report.merged, quantum_m);
-  if (!options.dem.empty())
-    fmt::print("{}: ground height known for {} of them\n", options.dem.string(), heights);
+  if (options.dem.empty()) return;
+  fmt::print("{}: ground height known for {} of them\n", options.dem.string(), heights);
+  fmt::print(
+      "heights each {:g} m in steps of {:g} mm, {} of {} known; the ground is {:.1f} mm off them (1 sigma), "
+      "and {:.3g} m in common\n",
+      grid.spacing * quantum_m, 0.001 * grid.quantum_um, grid.known(), grid.posts.size(),
+      1000.0 * grid.sigma_m, grid.common_m);
 }
 
 BuildSettings settings_of(const BuildOptions& options) {
@@ -432,6 +500,10 @@ void place_on_ground(const BuildOptions& options, Prepared& made) {
 /// Grid, tables and system of the map that the table was taken from: what did not change is the same bytes.
 CmapLayout take_after(const BuildOptions& options, Prepared& made, BuildOptions& as_base) {
   const CmapContent base = load_map(options.like);
+  as_base.heights_like = base.heights;
+  if (base.heights.present() && options.dem.empty())
+    fmt::print(stderr, "cairn: warning: {} has heights, {} will have none (give --dem)\n",
+               options.like.string(), options.output.string());
   const bool same = same_reference(made.source.reference_system, base.reference_system);
   if (!same && !is_local_reference(made.source.reference_system))
     throw ToolError("{}: is in {}, {} in {}; give both in one system", options.like.string(),
@@ -522,7 +594,15 @@ void add_map_build(CLI::App& map) {
   build_app->add_option("--quality", o.quality, "also write what the map's last line says of it (.json)");
   build_app->add_option(
       "--dem", o.dem,
-      "elevation model that GDAL opens: height of the ground under each boulder, for the tables");
+      "elevation model that GDAL opens: the map carries its heights, the tables those under each boulder");
+  build_app->add_option("--height-step", o.height_step_m, "distance of the map's heights, m")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str();
+  build_app
+      ->add_option("--height-sigma", o.height_sigma_m,
+                   "what heights near each other are off in common, m (default: a quarter of the elevation "
+                   "model's pixel)")
+      ->check(CLI::Range(0.001, 1000.0));
   build_app->add_option(
       "--from-csv", o.from_csv,
       "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");

@@ -53,6 +53,7 @@ struct Parts {
   std::size_t positions = 0;   ///< with counts and modes of the tiles
   std::size_t attributes = 0;  ///< streams, with their lengths
   std::size_t crcs = 0;        ///< of the tiles
+  std::size_t heights = 0;     ///< with their lengths
 };
 
 Parts parts_of(const std::vector<std::uint8_t>& bytes, const CmapContent& map) {
@@ -61,12 +62,13 @@ Parts parts_of(const std::vector<std::uint8_t>& bytes, const CmapContent& map) {
   parts.directory = map.tiles.size() * bytes[cmap::kOffsetBytesAt];
   for (const CmapTile& tile : map.tiles) {
     if (tile.bytes == 0 || !tile.good) continue;
-    const bool has_attributes = bytes[cmap::kFlagsAt] != 0;
-    const std::size_t attributes =
-        has_attributes ? 2U + be::get_u16(bytes.data() + tile.offset + cmap::kAttributeBytesAt) : 0U;
+    const bool has_attributes = bytes[cmap::kFlagsAt] != 0 && tile.count > 0;
+    const std::uint8_t* const boulders = bytes.data() + tile.offset + tile.heights_bytes;
+    const std::size_t attributes = has_attributes ? 2U + be::get_u16(boulders + cmap::kAttributeBytesAt) : 0U;
     parts.attributes += attributes;
     parts.crcs += cmap::kCrcBytes;
-    parts.positions += tile.bytes - cmap::kCrcBytes - attributes;
+    parts.heights += tile.heights_bytes;
+    parts.positions += tile.bytes - cmap::kCrcBytes - attributes - tile.heights_bytes;
   }
   return parts;
 }
@@ -143,8 +145,8 @@ Facts facts_of(const std::vector<std::uint8_t>& bytes, const CmapContent& map) {
   f.confidence = spread_of(
       map.boulders, [](const TableBoulder& b) { return b.confidence; }, false);
   f.sizes = histogram(map.boulders);
-  f.full_tiles = static_cast<std::size_t>(
-      std::count_if(map.tiles.begin(), map.tiles.end(), [](const CmapTile& t) { return t.bytes != 0; }));
+  f.full_tiles = static_cast<std::size_t>(std::count_if(
+      map.tiles.begin(), map.tiles.end(), [](const CmapTile& t) { return t.count != 0 || !t.good; }));
   f.per_boulder = map.boulders.empty() ? 0.0 : 8.0 / static_cast<double>(map.boulders.size());
   return f;
 }
@@ -158,6 +160,24 @@ Json ground_scale(const CmapContent& map) {
   return {frame->ground_per_map().x(), frame->ground_per_map().y()};
 }
 
+int version_of(const CmapContent& map) {
+  return map.heights.present() ? cmap::kHeightsVersion : cmap::kVersion;
+}
+
+/// Null where the map has none.
+Json heights_json(const CmapContent& map, const Facts& f) {
+  const HeightGrid& grid = map.heights;
+  if (!grid.present()) return nullptr;
+  return {{"step_m", grid.spacing * map.quantum_m},
+          {"height_step_m", grid.quantum_m()},
+          {"known", grid.known()},
+          {"of", grid.posts.size()},
+          {"sigma_m", grid.sigma_m},
+          {"common_sigma_m", grid.common_m},
+          {"bits_per_height", 8.0 * static_cast<double>(f.parts.heights) /
+                                  static_cast<double>(std::max<std::size_t>(grid.known(), 1))}};
+}
+
 Json info_json(const fs::path& path, const CmapContent& map, const Facts& f) {
   const double area = area_m2(map.extent);
   Json sizes = Json::array();
@@ -169,7 +189,7 @@ Json info_json(const fs::path& path, const CmapContent& map, const Facts& f) {
   const std::string epoch = epoch_text(map.epoch_s);
   return {{"file", path.string()},
           {"bytes", f.bytes},
-          {"version", cmap::kVersion},
+          {"version", version_of(map)},
           {"boulders", map.boulders.size()},
           {"extent", to_json(map.extent)},
           {"area_m2", area},
@@ -192,7 +212,9 @@ Json info_json(const fs::path& path, const CmapContent& map, const Facts& f) {
             {"directory", f.parts.directory},
             {"positions", f.parts.positions},
             {"attributes", f.parts.attributes},
+            {"heights", f.parts.heights},
             {"tile_crcs", f.parts.crcs}}},
+          {"heights", heights_json(map, f)},
           {"bits_per_boulder",
            {{"whole", static_cast<double>(f.bytes) * f.per_boulder},
             {"positions", static_cast<double>(f.parts.positions) * f.per_boulder},
@@ -218,7 +240,7 @@ void print_text(const fs::path& path, const CmapContent& map, const Facts& f) {
   const double area = area_m2(map.extent);
   const auto bits = [&](double bytes) { return bytes * f.per_boulder; };
   fmt::print("file              {} ({} bytes, version {}, CRC {:08x})\n", path.string(), f.bytes,
-             cmap::kVersion, map.head_crc);
+             version_of(map), map.head_crc);
   fmt::print("boulders          {} ({:.4g} per m2)\n", map.boulders.size(),
              area > 0.0 ? static_cast<double>(map.boulders.size()) / area : 0.0);
   print_spread("diameter", f.diameter, " m");
@@ -242,6 +264,14 @@ void print_text(const fs::path& path, const CmapContent& map, const Facts& f) {
       "bits per boulder  {:.2f}: positions {:.2f} (limit of uniform ground {:.2f}), attributes {:.2f}\n",
       bits(static_cast<double>(f.bytes)), bits(static_cast<double>(f.parts.positions)),
       bits(position_limit_bits(map) / 8.0), bits(static_cast<double>(f.parts.attributes)));
+  if (const HeightGrid& grid = map.heights; grid.present()) {
+    fmt::print("ground heights    each {:g} m, {} of {} known; {} bytes, {:.2f} bits each\n",
+               grid.spacing * map.quantum_m, grid.known(), grid.posts.size(), f.parts.heights,
+               8.0 * static_cast<double>(f.parts.heights) /
+                   static_cast<double>(std::max<std::size_t>(grid.known(), 1)));
+    fmt::print("  of the ground   {:.1f} mm (1 sigma), and {:.3g} m in common; steps of {:g} mm\n",
+               1000.0 * grid.sigma_m, grid.common_m, 0.001 * grid.quantum_um);
+  }
   if (map.method == cmap::Method::kTable) {
     fmt::print("made from         a table, parameters {:08x}\n", map.parameter_hash);
   } else {

@@ -47,6 +47,10 @@ Joined read_parts(const MergeOptions& options) {
       first = map;
     }
     need_same_system(options.maps[0], first, options.maps[i], map);
+    if (map.heights.present())
+      fmt::print(stderr,
+                 "cairn: warning: {}: its heights are left out; build {} anew with --like and --dem\n",
+                 options.maps[i].string(), options.output.string());
     if (i > 0) {
       // Far from all that was joined so far.
       CmapContent so_far = first;

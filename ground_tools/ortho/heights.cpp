@@ -16,20 +16,16 @@
 namespace cairn::ground {
 namespace {
 
-/// A boulder's place in the model, pixel centres at integers.
+/// A place in the model, pixel centres at integers.
 struct Place {
-  std::size_t boulder = 0;
+  std::size_t index = 0;
   double u_px = 0.0;
   double v_px = 0.0;
 };
 
-/// Boulders' places in the model's own reference system; NaN where they have none.
-std::vector<Vec2> places_in_model(GDALDataset& model, const std::string& name,
-                                  const std::vector<TableBoulder>& boulders,
+/// Places in the model's own reference system; NaN where they have none.
+std::vector<Vec2> places_in_model(GDALDataset& model, const std::string& name, std::vector<Vec2> places,
                                   const std::string& reference_system) {
-  std::vector<Vec2> places;
-  places.reserve(boulders.size());
-  for (const TableBoulder& b : boulders) places.push_back(b.p_map_m);
   const OGRSpatialReference* const own = model.GetSpatialRef();
   if (own == nullptr || own->IsLocal() != 0 || is_local_reference(reference_system)) return places;
   const std::unique_ptr<OGRSpatialReference> to(own->Clone());
@@ -69,7 +65,7 @@ std::vector<Place> places_on(GDALRasterBand& band, const double inverse[6], cons
   }
   const auto block = [&](const Place& p) {
     return std::make_tuple(static_cast<int>(p.v_px) / block_height, static_cast<int>(p.u_px) / block_width,
-                           p.boulder);
+                           p.index);
   };
   std::sort(places.begin(), places.end(),
             [&](const Place& a, const Place& b) { return block(a) < block(b); });
@@ -151,8 +147,8 @@ double metres_a_unit(GDALDataset& model, GDALRasterBand& band, const std::string
 
 }  // namespace
 
-std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBoulder>& boulders,
-                           const std::string& reference_system) {
+GroundHeights heights_at(const std::filesystem::path& dem, const std::vector<Vec2>& places,
+                         const std::string& reference_system) {
   const std::string name = dem.string();
   QuietGdal quiet;
   const std::unique_ptr<GDALDataset> model = open_raster(name, "an elevation model", quiet);
@@ -170,22 +166,40 @@ std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBo
   if (!(std::fabs(scale) > 0.0))
     throw ToolError("{}: its scale is {}; correct it with gdal_edit.py -scale", name, scale);
 
-  for (TableBoulder& b : boulders) b.ground_z_m = std::numeric_limits<double>::quiet_NaN();
-  const std::vector<Place> places =
-      places_on(band, inverse, places_in_model(*model, name, boulders, reference_system));
-  std::size_t known = 0;
-  for (const Place& place : places) {
+  GroundHeights heights;
+  heights.z_m.assign(places.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<Vec2> looked_up = places;
+  if (!places.empty()) looked_up.push_back(places[0] + Vec2(1.0, 0.0));  // how large a pixel is
+  looked_up = places_in_model(*model, name, std::move(looked_up), reference_system);
+  if (!places.empty()) {
+    const Vec2 metre = looked_up.back() - looked_up.front();
+    looked_up.pop_back();
+    const double pixels = std::hypot(inverse[1] * metre.x() + inverse[2] * metre.y(),
+                                     inverse[4] * metre.x() + inverse[5] * metre.y());
+    if (std::isfinite(pixels) && pixels > 0.0) heights.pixel_m = 1.0 / pixels;
+  }
+  for (const Place& place : places_on(band, inverse, looked_up)) {
     const double z_m = (height_at(band, mask, place, quiet) * scale + offset) * unit_m;
     if (quiet.failed()) throw ToolError("{}: cannot be read whole{}; check the file", name, quiet.reason());
     if (!std::isfinite(z_m)) continue;
-    boulders[place.boulder].ground_z_m = z_m;
-    ++known;
+    heights.z_m[place.index] = z_m;
+    ++heights.known;
   }
-  if (known == 0 && !boulders.empty()) {
+  return heights;
+}
+
+std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBoulder>& boulders,
+                           const std::string& reference_system) {
+  std::vector<Vec2> places;
+  places.reserve(boulders.size());
+  for (const TableBoulder& b : boulders) places.push_back(b.p_map_m);
+  const GroundHeights heights = heights_at(dem, places, reference_system);
+  for (std::size_t i = 0; i < boulders.size(); ++i) boulders[i].ground_z_m = heights.z_m[i];
+  if (heights.known == 0 && !boulders.empty()) {
     throw ToolError("{}: has no height under any of the {} boulders; give the elevation model of this site",
-                    name, boulders.size());
+                    dem.string(), boulders.size());
   }
-  return known;
+  return heights.known;
 }
 
 }  // namespace cairn::ground

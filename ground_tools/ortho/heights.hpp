@@ -1,4 +1,4 @@
-/// The ground's height under each boulder, from an elevation model.
+/// The ground's height at places of a map, from an elevation model.
 #pragma once
 
 #include <cstddef>
@@ -7,22 +7,33 @@
 #include <vector>
 
 #include "base/boulder_table.hpp"
+#include "core/eigen.hpp"
 
 namespace cairn::ground {
 
-/// Sets ground_z_m of each boulder from `dem`, band 1 of any raster that GDAL opens, times its scale plus its
+struct GroundHeights {
+  std::vector<double> z_m;  ///< for each place; NaN where unknown
+  std::size_t known = 0;
+  double pixel_m = 0.0;  ///< of the model, in metres of the map; 0 where it has none of the places
+};
+
+/// Of `places` (frame `map`) from `dem`, band 1 of any raster that GDAL opens, times its scale plus its
 /// offset where it has them, in metres: of the unit of the band, else of the vertical system, metres where
 /// neither is told. Heights are above what the model counts them from (geoid, ellipsoid, sphere). Bilinear
 /// between the centres of the four pixels around; the outermost half pixel has the height of the nearest
-/// centres. NaN outside, and where one of the pixels that count has no data. Boulders are taken to the
+/// centres. NaN outside, and where one of the pixels that count has no data. Places are taken to the
 /// model's reference system where it is not `reference_system`; a model or a map without one counts as being
 /// in the other's.
 ///
-/// Returns how many heights are known. Boulders are looked up by blocks of the file:
-/// memory does not grow with it.
+/// They are looked up by blocks of the file: memory does not grow with it.
 ///
 /// Throws ToolError: cannot be opened or read, no geo-reference, systems that cannot be brought together (of
-/// two bodies, say), an unknown unit, a scale of 0, not a single boulder on it.
+/// two bodies, say), an unknown unit, a scale of 0.
+GroundHeights heights_at(const std::filesystem::path& dem, const std::vector<Vec2>& places,
+                         const std::string& reference_system);
+
+/// Sets ground_z_m of each boulder; returns how many heights are known. Throws ToolError where not a single
+/// boulder is on the model, too.
 std::size_t sample_heights(const std::filesystem::path& dem, std::vector<TableBoulder>& boulders,
                            const std::string& reference_system);
 

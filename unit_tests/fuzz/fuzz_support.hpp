@@ -67,7 +67,7 @@ inline void repair_map(std::uint8_t* map, std::size_t size) {
   MapShape shape;
   if (size < cmap::kMinHeadBytes || size > UINT32_MAX) return;
   be::put_u32(map + cmap::kMagicAt, cmap::kMagic);
-  map[cmap::kVersionAt] = cmap::kVersion;
+  if (!cmap::is_known(map[cmap::kVersionAt])) map[cmap::kVersionAt] = cmap::kVersion;
   be::put_u32(map + cmap::kFileBytesAt, static_cast<std::uint32_t>(size));
   if (shape.read(map, size)) {
     std::uint32_t crc_of_crcs = 0;

@@ -198,7 +198,7 @@ void test_other_bases(void**) {
                 DeltaStatus::kOtherBase);
   for (const std::size_t at : {std::size_t{0}, std::size_t{4}, std::size_t{15}, kRawHead - 1}) {
     make_pair_of_versions();
-    base.bytes[at] ^= 1U;
+    base.bytes[at] ^= 4U;
     assert_status(apply(), DeltaStatus::kOtherBase);
   }
   make_pair_of_versions();

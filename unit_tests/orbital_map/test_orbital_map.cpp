@@ -118,9 +118,11 @@ void test_bytes_behind_the_map_do_not_matter(void**) {
   assert_status(validate(map, map.size + 5000), MapStatus::kUsable);
 }
 
-MapStatus expected_for_flip_in(std::size_t byte) {
+/// A flip of its lowest bit makes version 3 of version 2, which this is not.
+MapStatus expected_for_flip_of(std::size_t bit) {
+  const std::size_t byte = bit / 8;
   if (byte < 4) return MapStatus::kBadMagic;
-  if (byte == 4) return MapStatus::kUnknownVersion;
+  if (byte == 4 && bit % 8 > 0) return MapStatus::kUnknownVersion;
   if (byte < kMapHeader) return MapStatus::kHeaderCrc;
   return byte < map.payloads() ? MapStatus::kDirectoryCrc : MapStatus::kDamaged;
 }
@@ -138,7 +140,7 @@ void test_every_single_flip_is_detected(void**) {
     if (bit / 8 == 8 || bit / 8 == 9) {
       assert_true(status == MapStatus::kHeaderCrc || status == MapStatus::kTruncated);
     } else {
-      assert_status(status, expected_for_flip_in(bit / 8));
+      assert_status(status, expected_for_flip_of(bit));
     }
     flip(map, bit);
   }
@@ -234,7 +236,7 @@ MapStatus after(const Change& change) {
 }
 
 void test_versions(void**) {
-  for (const unsigned version : {0U, 1U, 3U, 255U}) {
+  for (const unsigned version : {0U, 1U, 4U, 255U}) {
     assert_status(after([=](std::uint8_t* h) { h[4] = static_cast<std::uint8_t>(version); }),
                   MapStatus::kUnknownVersion);
   }
