@@ -33,4 +33,30 @@ void PacketWriter::finish() {
   field(crc32(out_.data(), out_.size()));
 }
 
+std::uint8_t* PacketWriter::grow(std::size_t bytes) {
+  const std::size_t at = out_.size();
+  out_.resize(at + bytes);
+  return out_.data() + at;
+}
+
+void PacketWriter::field(std::uint8_t v) { *grow(1) = v; }
+void PacketWriter::field(std::uint16_t v) { be::put_u16(grow(2), v); }
+void PacketWriter::field(std::uint32_t v) { be::put_u32(grow(4), v); }
+void PacketWriter::field(std::uint64_t v) { be::put_u64(grow(8), v); }
+void PacketWriter::field(float v) { be::put_f32(grow(4), v); }
+void PacketWriter::field(double v) { be::put_f64(grow(8), v); }
+
+const std::uint8_t* PacketReader::take(std::size_t bytes) {
+  const std::uint8_t* const field = next_;
+  next_ += bytes;
+  return field;
+}
+
+void PacketReader::field(std::uint8_t& v) { v = *take(1); }
+void PacketReader::field(std::uint16_t& v) { v = be::get_u16(take(2)); }
+void PacketReader::field(std::uint32_t& v) { v = be::get_u32(take(4)); }
+void PacketReader::field(std::uint64_t& v) { v = be::get_u64(take(8)); }
+void PacketReader::field(float& v) { v = be::get_f32(take(4)); }
+void PacketReader::field(double& v) { v = be::get_f64(take(8)); }
+
 }  // namespace cairn::app

@@ -56,12 +56,13 @@ void pose_fields(Walker& walker, Pose& pose) {
 class PacketWriter {
  public:
   PacketWriter(Packet& out, const PacketHead& head);
-  void field(std::uint8_t v) { *grow(1) = v; }
-  void field(std::uint16_t v) { be::put_u16(grow(2), v); }
-  void field(std::uint32_t v) { be::put_u32(grow(4), v); }
-  void field(std::uint64_t v) { be::put_u64(grow(8), v); }
-  void field(float v) { be::put_f32(grow(4), v); }
-  void field(double v) { be::put_f64(grow(8), v); }
+  // Not inline, as those of the reader: there are some hundred calls of each.
+  void field(std::uint8_t v);
+  void field(std::uint16_t v);
+  void field(std::uint32_t v);
+  void field(std::uint64_t v);
+  void field(float v);
+  void field(double v);
   void field(const Pose3& pose) { pose_fields(*this, pose); }
   template <typename T, std::size_t N>
   void field(const std::array<T, N>& array) {
@@ -71,11 +72,7 @@ class PacketWriter {
   void finish();
 
  private:
-  std::uint8_t* grow(std::size_t bytes) {
-    const std::size_t at = out_.size();
-    out_.resize(at + bytes);
-    return out_.data() + at;
-  }
+  std::uint8_t* grow(std::size_t bytes);
 
   Packet& out_;
 };
@@ -84,12 +81,12 @@ class PacketWriter {
 class PacketReader {
  public:
   explicit PacketReader(const std::uint8_t* packet) : next_(packet + kPacketHeaderBytes) {}
-  void field(std::uint8_t& v) { v = *take(1); }
-  void field(std::uint16_t& v) { v = be::get_u16(take(2)); }
-  void field(std::uint32_t& v) { v = be::get_u32(take(4)); }
-  void field(std::uint64_t& v) { v = be::get_u64(take(8)); }
-  void field(float& v) { v = be::get_f32(take(4)); }
-  void field(double& v) { v = be::get_f64(take(8)); }
+  void field(std::uint8_t& v);
+  void field(std::uint16_t& v);
+  void field(std::uint32_t& v);
+  void field(std::uint64_t& v);
+  void field(float& v);
+  void field(double& v);
   void field(Pose3& pose) { pose_fields(*this, pose); }
   template <typename T, std::size_t N>
   void field(std::array<T, N>& array) {
@@ -97,11 +94,7 @@ class PacketReader {
   }
 
  private:
-  const std::uint8_t* take(std::size_t bytes) {
-    const std::uint8_t* const field = next_;
-    next_ += bytes;
-    return field;
-  }
+  const std::uint8_t* take(std::size_t bytes);
 
   const std::uint8_t* next_;
 };
