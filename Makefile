@@ -178,13 +178,9 @@ bench-faults: ## what pose, sigma and trust say while pairs are spoilt: a row a 
 	$(call ready,test,-s $(B)/fault_table)
 	@$(B)/fault_table $(DATASET) $(FAULTS)
 
-shadow-weights: ## fit the shadow method's weights to rendered fields; fails where the source has others (20 min, 2 GB)
+shadow-weights: ## fit the shadow method's weights to rendered fields; fails where the source has others (30 min, 2 GB)
 	$(call ready,build,$(B)/shadow_weights)
 	@$(B)/shadow_weights build/shadow-fields ground_tools/detect/shadow_weights.cpp
-
-shadow-places: ## fit where boulders of few pixels stand; fails where the source has other numbers (20 min, 2 GB)
-	$(call ready,build,$(B)/shadow_places)
-	@$(B)/shadow_places build/shadow-fields
 
 bench-detect: ## the shadow method on rendered craters and boulders: recall, precision, reliability (10 min, 2 GB)
 	$(call ready,build,$(B)/bench_detect)
@@ -444,7 +440,7 @@ PROFILER_MODEL := $(filter-out %/plugin.cpp,$(wildcard ground_tools/profile/plug
 $(B)/tests/ground_tools/profile/test_profile_model: $(call obj,$(PROFILER_MODEL))
 $(B)/tests/ground_tools/profile/test_profile_plugin: $(PROFILER)
 $(WITH_PROGRAM): $(CAIRN)
-$(B)/shadow_weights $(B)/shadow_places $(B)/bench_detect: $(B)/%: \
+$(B)/shadow_weights $(B)/bench_detect: $(B)/%: \
   $(B)/unit_tests/ground_tools/detect/%.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/fault_table: $(B)/unit_tests/integration/fault_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)

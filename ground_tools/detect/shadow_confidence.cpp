@@ -2,17 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace cairn::ground {
 namespace {
 
 constexpr double kMostDeviation = 3.0;
-constexpr std::size_t kLogRoundness = 7;  // of the features
-constexpr std::size_t kLogAcross = 11;
-constexpr double kOwnHalfWidth_px = 2.5;  // from here on an outline is as wide as what it was fitted to
-constexpr double kLeastLogFactor = -0.9;  // of the size
-constexpr double kMostLogFactor = 0.0;
+constexpr double kBoundOutline_px = 2.5;  // half width, to which its least width may be all that it tells
+constexpr double kLeastTowards = -0.7, kMostTowards = 0.9;
+constexpr double kLeastLogSize = -0.9, kMostLogSize = 0.4;
 
 /// How the hollow stands against the boulder: log of the ratio of what they explain.
 double against(const HollowFit& hollow, double pair) {
@@ -69,30 +66,27 @@ ShadowWeights scaled(const ShadowFeatures& features, const ShadowModel& model) {
   return x;
 }
 
-ShadowHidden hidden_layer(const ShadowWeights& x, const ShadowModel& model) {
+ShadowHidden hidden_layer(const ShadowWeights& x,
+                          const std::array<ShadowHidden, kShadowFeatures + 1>& hidden) {
   ShadowHidden y{};
   for (std::size_t i = 0; i < x.size(); ++i)
-    for (std::size_t k = 0; k < kShadowHidden; ++k) y[k] += model.hidden[i][k] * x[i];
+    for (std::size_t k = 0; k < kShadowHidden; ++k) y[k] += hidden[i][k] * x[i];
   for (double& of : y) of /= 1.0 + std::fabs(of);
   return y;
 }
 
 double shadow_confidence(const ShadowFeatures& features, const ShadowModel& model) {
-  const ShadowHidden y = hidden_layer(scaled(features, model), model);
-  const double z = std::inner_product(y.begin(), y.end(), model.out.begin(), model.out_0);
+  const double z = outputs(hidden_layer(scaled(features, model), model.boulder.hidden), model.boulder)[0];
   return 1.0 / (1.0 + std::exp(-z));
 }
 
-bool shadow_size_is_bound(const ShadowFeatures& features) {
-  const double log_half_width = features[kLogAcross] + 0.5 * features[kLogRoundness];
-  return log_half_width < std::log(kOwnHalfWidth_px);
-}
-
-double shadow_size_factor(const ShadowFeatures& features, const ShadowModel& model) {
-  if (!shadow_size_is_bound(features)) return 1.0;
-  const ShadowWeights x = scaled(features, model);
-  const double log_factor = std::inner_product(x.begin(), x.end(), model.size.begin(), 0.0);
-  return std::exp(std::clamp(log_factor, kLeastLogFactor, kMostLogFactor));
+ShadowBody shadow_body(const ShadowFeatures& features, double half_width_px, const ShadowModel& model) {
+  const double share =
+      std::clamp((kTrueOutline_px - half_width_px) / (kTrueOutline_px - kBoundOutline_px), 0.0, 1.0);
+  const auto [towards, log_size] =
+      outputs(hidden_layer(scaled(features, model), model.body.hidden), model.body);
+  return {share * std::clamp(towards, kLeastTowards, kMostTowards),
+          std::exp(share * std::clamp(log_size, kLeastLogSize, kMostLogSize))};
 }
 
 }  // namespace cairn::ground

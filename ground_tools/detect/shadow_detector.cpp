@@ -7,7 +7,6 @@
 #include "base/tool_error.hpp"
 #include "core/trig.hpp"
 #include "detect/shadow_fit.hpp"
-#include "detect/shadow_place.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -15,7 +14,8 @@ namespace {
 /// Half widths across the sun that are a level's own: beyond, the next serves better; below, the one before.
 constexpr double kMostOwn_px = 7.5;
 constexpr double kLeastAcross_px = 3.2;
-constexpr int kRounds = 3;  ///< of beating what overlaps
+constexpr double kLeastOutline_px = 2.0;  ///< half width across the sun, on the image itself
+constexpr int kRounds = 3;                ///< of beating what overlaps
 constexpr double kMostBoulder_px = 1.35 * kFitMostAcross_px;
 constexpr double kMostSize_px = std::max(kMostBoulder_px, kMostHollow_px);
 constexpr double kRim = 1.1;  ///< half widths from a boulder's middle: what lies within may be a part of it
@@ -95,7 +95,9 @@ Candidate candidate_of(const ShadowFit& f, ShadowGround ground, const Spot& spot
   c.near_ground = ground == ShadowGround::kNear;
   c.contrast = (f.ground - f.dark) / 255.0;
   c.features = shadow_features(f, tan_elevation);
-  c.diameter_px = 2.0 * size_of(c) * shadow_size_factor(c.features);
+  const ShadowBody body = shadow_body(c.features, size_of(c));
+  c.towards_sun_px = body.towards_sun * size_of(c);
+  c.diameter_px = body.size * 2.0 * size_of(c);
   c.confidence = shadow_confidence(c.features);
   return c;
 }
@@ -114,6 +116,7 @@ std::optional<Candidate> hollow_of(const ShadowFit& f, double confidence, const 
   c.u_px = (spot.x + level.tile.rect.x0 + h.du_px) * scale + offset;
   c.v_px = (spot.y + level.tile.rect.y0 + h.dv_px) * scale + offset;
   c.across_px = c.along_px = c.reach_px = h.radius_px * scale;
+  c.towards_sun_px = 0.0;
   c.diameter_px = 2.0 * c.across_px;
   c.near_ground = false;
   c.explained = h.explained * scale * scale;
@@ -130,15 +133,14 @@ void put_in_order(std::vector<Candidate>& candidates) {
 }
 
 ShadowBoulder boulder_of(const Candidate& c, const ShadowView& view) {
-  const double tan_elevation = view.tan_elevation;
-  const double away_px = shift_from_sun_px(c.across_px, c.along_px, c.reach_px, tan_elevation);
   ShadowBoulder b;
-  b.u_px = c.u_px - away_px * view.towards_sun_px.x();
-  b.v_px = c.v_px - away_px * view.towards_sun_px.y();
+  b.u_px = c.u_px - c.towards_sun_px * view.towards_sun_px.x();
+  b.v_px = c.v_px - c.towards_sun_px * view.towards_sun_px.y();
   b.diameter_px = c.diameter_px;
   b.elongation = std::max(c.across_px, c.along_px) / std::min(c.across_px, c.along_px);
   b.contrast = c.contrast;
-  b.height_px = std::sqrt(std::max(0.0, c.reach_px * c.reach_px - c.along_px * c.along_px)) * tan_elevation;
+  b.height_px =
+      std::sqrt(std::max(0.0, c.reach_px * c.reach_px - c.along_px * c.along_px)) * view.tan_elevation;
   b.confidence = c.confidence;
   return b;
 }

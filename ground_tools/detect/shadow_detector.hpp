@@ -11,8 +11,8 @@
 /// 4. Of fits that overlap, the one that explains most stays, each against those that were not beaten yet.
 ///    What was fitted to the ground close by and lies at the rim of a larger fit, no less sure, is a part of
 ///    that boulder, and goes.
-/// 5. Confidence and diameter: by how the fit looks (shadow_confidence.hpp). What is below `min_confidence`
-///    or outside the range of diameters is left out.
+/// 5. Confidence, place and diameter: by how the fit looks (shadow_confidence.hpp). What is below
+///    `min_confidence` or outside the range of diameters is left out.
 /// 6. Craters: where the hollow wins at a dark spot and its walls match, it is kept, of hollows that overlap
 ///    the one that explains most.
 ///
@@ -59,7 +59,7 @@ ShadowView shadow_view(const Sun& sun, const GeoTransform& geo);
 struct ShadowBoulder {
   double u_px = 0.0;  ///< centroid of the outline from above
   double v_px = 0.0;
-  double diameter_px = 0.0;  ///< of the disc of the outline's area, made true (shadow_size_factor)
+  double diameter_px = 0.0;  ///< of the disc of the outline's area, made true (shadow_body)
   double elongation = 1.0;
   double contrast = 0.0;  ///< shadow's darkness below the ground, share of the 8-bit range
   double height_px = 0.0;
@@ -83,8 +83,9 @@ struct ShadowCrater {
 struct ShadowCandidate {
   double u_px, v_px;
   double across_px, along_px, reach_px;  ///< as ShadowFit
-  double diameter_px;
-  bool near_ground;  ///< fitted to the level of the ground close by
+  double towards_sun_px;                 ///< of the outline's middle from the boulder's own
+  double diameter_px;                    ///< its own
+  bool near_ground;                      ///< fitted to the level of the ground close by
   double explained;
   double contrast;
   double confidence;

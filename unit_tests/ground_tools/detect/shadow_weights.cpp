@@ -1,12 +1,13 @@
-// Fits the model of the shadow detector's confidence and size (detect/shadow_confidence.hpp) to
+// Fits the model of the shadow detector's confidence, places and sizes (detect/shadow_confidence.hpp) to
 // all fits of rendered fields (shadow_fields.hpp) whose rocks are known. Not a test: `make shadow-weights`.
 //
 //   shadow_weights FOLDER SOURCE
 //
 // Renders what is not in FOLDER yet, fits, and prints what the new model and today's are worth on the fields
-// fitted to and on others: log loss and Brier score (less is better), and how often a boulder stood where so
-// much confidence was claimed. Writes the model as source to FOLDER/shadow_weights.cpp; 1 where SOURCE,
-// today's, holds other numbers. Seeds: below. No seed here is one of bench_detect.cpp.
+// fitted to and on others: log loss and Brier score (less is better), how often a boulder stood where so
+// much confidence was claimed, and how far entries lie towards the sun and differ in size. Writes the model
+// as source to FOLDER/shadow_weights.cpp; 1 where SOURCE, today's, holds other numbers. Seeds: below. No
+// seed here is one of bench_detect.cpp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,12 +32,14 @@ using namespace cairn::ground;
 
 namespace {
 
-/// A fit, whatever is thought of it.
+/// A fit, whatever is thought of it, and what the outputs of a network should be.
+template <std::size_t kOutputs>
 struct Example {
   ShadowWeights x;
-  bool boulder;
+  std::array<double, kOutputs> wanted;
 };
-using Set = std::vector<Example>;
+using Set = std::vector<Example<1>>;  ///< 1: a boulder
+using Bodies = std::vector<Example<2>>;
 
 /// The fits of one image, and the rocks that are there.
 struct Image {
@@ -59,10 +62,16 @@ Image image_of(const test::Raster& raster, const Sun& sun, const std::vector<Tab
 
 double outline_px(const ShadowCandidate& c) { return 2.0 * std::sqrt(c.across_px * c.along_px); }
 
+/// Where the boulder stands, in the map.
+Vec2 place_of(const ShadowCandidate& c, const Image& image) {
+  const Vec2 p = Vec2(c.u_px, c.v_px) - c.towards_sun_px * image.view.towards_sun_px;
+  return image.geo.to_map(p.x(), p.y());
+}
+
 /// What an entry of a map is asked.
 bool is_boulder(const ShadowCandidate& c, const Image& image) {
   const double pixel_m = image.view.pixel_m;
-  return test::is_boulder(image.geo.to_map(c.u_px, c.v_px), c.diameter_px * pixel_m, pixel_m, image.rocks);
+  return test::is_boulder(place_of(c, image), c.diameter_px * pixel_m, pixel_m, image.rocks);
 }
 
 /// Large enough for a map, and off the rim.
@@ -78,10 +87,11 @@ struct Seeds {
   std::uint64_t first, count;
 };
 using test::FieldKind;
-constexpr Seeds kFit[] = {{FieldKind::kCratered, 1000, 96},  {FieldKind::kCoarse, 2000, 40},
-                          {FieldKind::kSaturated, 3000, 12}, {FieldKind::kFresh, 6000, 32},
-                          {FieldKind::kNear, 4000, 5},       {FieldKind::kFar, 5000, 6},
-                          {FieldKind::kEmpty, 9000, 8},      {FieldKind::kGullied, 10000, 40}};
+constexpr Seeds kFit[] = {
+    {FieldKind::kCratered, 1000, 96},  {FieldKind::kCratered, 1200, 48}, {FieldKind::kCoarse, 2000, 40},
+    {FieldKind::kSaturated, 3000, 12}, {FieldKind::kFresh, 6000, 32},    {FieldKind::kFresh, 6100, 16},
+    {FieldKind::kNear, 4000, 5},       {FieldKind::kFar, 5000, 6},       {FieldKind::kEmpty, 9000, 8},
+    {FieldKind::kEmpty, 9100, 16},     {FieldKind::kGullied, 10000, 40}};
 constexpr Seeds kCalibrate[] = {{FieldKind::kCratered, 1096, 24},
                                 {FieldKind::kFresh, 6032, 8},
                                 {FieldKind::kEmpty, 9008, 2},
@@ -136,18 +146,20 @@ std::vector<Image> gathered(const Seeds (&seeds)[kCount], const std::filesystem:
   return all;
 }
 
-/// Each fit's diameter and confidence by this model.
+/// Each fit's place, diameter and confidence by this model.
 void rate(const ShadowModel& model, std::vector<Image>& images) {
   for (Image& image : images) {
     for (ShadowCandidate& c : image.fits) {
-      c.diameter_px = outline_px(c) * shadow_size_factor(c.features, model);
+      const ShadowBody body = shadow_body(c.features, 0.5 * outline_px(c), model);
+      c.towards_sun_px = body.towards_sun * 0.5 * outline_px(c);
+      c.diameter_px = body.size * outline_px(c);
       c.confidence = shadow_confidence(c.features, model);
     }
   }
 }
 
 void add(const ShadowCandidate& c, const Image& image, const ShadowModel& model, Set& set) {
-  if (in_range(c, image)) set.push_back({scaled(c.features, model), is_boulder(c, image)});
+  if (in_range(c, image)) set.push_back({scaled(c.features, model), {is_boulder(c, image) ? 1.0 : 0.0}});
 }
 
 Set fits(const std::vector<Image>& images, const ShadowModel& model) {
@@ -185,112 +197,90 @@ void standardise(const std::vector<Image>& images, ShadowModel& model) {
     model.spread[i] = rounded(std::sqrt(square[i] / n) + 1e-6);
 }
 
-using Matrix = std::vector<ShadowWeights>;
-
-/// Of H x = g, H symmetric and positive, its lower half given; by Cholesky, in place.
-ShadowWeights solved(Matrix& H, ShadowWeights g) {
-  for (std::size_t i = 0; i < g.size(); ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      double sum = H[i][j];
-      for (std::size_t k = 0; k < j; ++k) sum -= H[i][k] * H[j][k];
-      H[i][j] = i == j ? std::sqrt(sum) : sum / H[j][j];
-    }
-    for (std::size_t k = 0; k < i; ++k) g[i] -= H[i][k] * g[k];
-    g[i] /= H[i][i];
-  }
-  for (std::size_t i = g.size(); i-- > 0;) {
-    g[i] /= H[i][i];
-    for (std::size_t k = 0; k < i; ++k) g[k] -= H[i][k] * g[i];
-  }
-  return g;
-}
-
-/// The largest rock at the place of a fit, over the fit's diameter; 0: there is none.
-double size_ratio(const ShadowCandidate& c, const Image& image) {
+/// The largest rock at the place of a fit; null: there is none.
+const TableBoulder* rock_at(const ShadowCandidate& c, const Image& image) {
   const Vec2 p = image.geo.to_map(c.u_px, c.v_px);
-  double largest_m = 0.0;
+  const TableBoulder* largest = nullptr;
   for (const TableBoulder& rock : image.rocks)
-    if (test::is_at(p, rock, image.view.pixel_m)) largest_m = std::max(largest_m, rock.diameter_m);
-  return largest_m / (outline_px(c) * image.view.pixel_m);
+    if (test::is_at(p, rock, image.view.pixel_m) &&
+        (largest == nullptr || rock.diameter_m > largest->diameter_m))
+      largest = &rock;
+  return largest;
 }
 
-/// Least squares on the ratio's logarithm.
-void fit_size(const std::vector<Image>& images, ShadowModel& model) {
-  constexpr double kPull = 400.0;  // to zero
-  constexpr double kMost = 1.0;    // what is further from a fit's size is not what was fitted
-  Matrix H(model.size.size(), ShadowWeights{});
-  ShadowWeights g{};
-  for (std::size_t i = 0; i < H.size(); ++i) H[i][i] = i == 0 ? 0.0 : kPull;
+/// The narrow fits at a rock, and how it lies against the outline.
+Bodies bodies(const std::vector<Image>& images, const ShadowModel& model) {
+  constexpr double kMostLogSize = 1.0;  // what is further from a fit's size is not what was fitted
+  Bodies set;
   for (const Image& image : images) {
     for (const ShadowCandidate& c : image.fits) {
-      if (!shadow_size_is_bound(c.features)) continue;
-      const double ratio = size_ratio(c, image);
-      if (ratio <= 0.0 || std::fabs(std::log(ratio)) > kMost) continue;
-      const ShadowWeights x = scaled(c.features, model);
-      for (std::size_t i = 0; i < x.size(); ++i) {
-        g[i] += std::log(ratio) * x[i];
-        for (std::size_t j = 0; j <= i; ++j) H[i][j] += x[i] * x[j];
-      }
+      if (outline_px(c) >= 2.0 * kTrueOutline_px) continue;
+      const TableBoulder* rock = rock_at(c, image);
+      if (rock == nullptr) continue;
+      const double pixel_m = image.view.pixel_m;
+      const double log_size = std::log(rock->diameter_m / (outline_px(c) * pixel_m));
+      if (std::fabs(log_size) > kMostLogSize) continue;
+      // Metres of the map to pixels: north is up, so v falls as y grows.
+      const Vec2 off = (image.geo.to_map(c.u_px, c.v_px) - rock->p_map_m) / pixel_m;
+      const double towards_px = Vec2(off.x(), -off.y()).dot(image.view.towards_sun_px);
+      set.push_back({scaled(c.features, model), {2.0 * towards_px / outline_px(c), log_size}});
     }
   }
-  model.size = solved(H, g);
-  for (double& w : model.size) w = rounded(w);
+  return set;
 }
 
-/// The network's weights, or their gradient.
-struct Weights {
-  std::array<ShadowHidden, kShadowFeatures + 1> hidden;
-  ShadowHidden out;
-  double out_0;
-};
-constexpr std::size_t kWeights = sizeof(Weights) / sizeof(double);
-
-/// Adds the gradient of an example's log loss.
-void descend(const Example& e, const ShadowModel& model, Weights& gradient) {
-  const ShadowHidden y = hidden_layer(e.x, model);
-  const double z = std::inner_product(y.begin(), y.end(), model.out.begin(), model.out_0);
-  const double off = 1.0 / (1.0 + std::exp(-z)) - (e.boulder ? 1.0 : 0.0);
-  ShadowHidden inner;
+/// Adds the gradient of an example's loss, given that by the outputs.
+template <std::size_t kOutputs, class Off>
+void descend(const Example<kOutputs>& e, const ShadowNetwork<kOutputs>& network, const Off& off,
+             ShadowNetwork<kOutputs>& gradient) {
+  const ShadowHidden y = hidden_layer(e.x, network.hidden);
+  const std::array<double, kOutputs> z = outputs(y, network);
+  ShadowHidden inner{};
+  for (std::size_t o = 0; o < kOutputs; ++o) {
+    const double by_output = off(z[o], e.wanted[o]);
+    gradient.out_0[o] += by_output;
+    for (std::size_t k = 0; k < kShadowHidden; ++k) {
+      gradient.out[o][k] += by_output * y[k];
+      inner[k] += by_output * network.out[o][k];
+    }
+  }
   for (std::size_t k = 0; k < kShadowHidden; ++k) {
     const double rest = 1.0 - std::fabs(y[k]);
-    inner[k] = off * model.out[k] * rest * rest;  // softsign's derivative, by its value
-    gradient.out[k] += off * y[k];
+    inner[k] *= rest * rest;  // softsign's derivative, by its value
   }
-  gradient.out_0 += off;
   for (std::size_t i = 0; i < e.x.size(); ++i)
     for (std::size_t k = 0; k < kShadowHidden; ++k) gradient.hidden[i][k] += e.x[i] * inner[k];
 }
 
-/// Adam on the log loss, with a pull to zero that keeps the many weights from chance.
-void fit_network(const Set& set, ShadowModel& model) {
-  constexpr int kEpochs = 40;
+/// Adam, with a pull to zero that keeps the many weights from chance.
+template <std::size_t kOutputs, class Off>
+ShadowNetwork<kOutputs> fitted(const std::vector<Example<kOutputs>>& set, int epochs, const Off& off) {
   constexpr std::size_t kBatch = 256;
   constexpr double kRate = 3e-3, kPull = 10.0;
-  Weights weights{};
-  Weights gradient, mean{}, square{};
-  const auto flat = [](Weights& w) { return reinterpret_cast<double*>(&w); };
+  ShadowNetwork<kOutputs> network{}, gradient, mean{}, square{};
+  constexpr std::size_t kWeights = sizeof(network) / sizeof(double);
+  const auto flat = [](ShadowNetwork<kOutputs>& of) { return reinterpret_cast<double*>(&of); };
   sim::Draw draw(1, sim::Stream::kCampaign, 1);
-  for (ShadowHidden& of : weights.hidden)
+  for (ShadowHidden& of : network.hidden)
     for (double& w : of) w = 0.2 * draw.uniform(-1.0, 1.0);
-  for (double& w : weights.out) w = 0.5 * draw.uniform(-1.0, 1.0);
+  for (ShadowHidden& of : network.out)
+    for (double& w : of) w = 0.5 * draw.uniform(-1.0, 1.0);
   std::vector<std::size_t> order(set.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const std::size_t batches = set.size() / kBatch;
   double step = 0.0;
-  for (int epoch = 0; epoch < kEpochs; ++epoch) {
+  for (int epoch = 0; epoch < epochs; ++epoch) {
     for (std::size_t i = order.size(); i-- > 1;)
       std::swap(order[i], order[std::min(i, static_cast<std::size_t>(draw.uniform() * (i + 1.0)))]);
     for (std::size_t batch = 0; batch < batches; ++batch) {
       gradient = {};
-      model.hidden = weights.hidden;
-      model.out = weights.out;
-      model.out_0 = weights.out_0;
-      for (std::size_t i = 0; i < kBatch; ++i) descend(set[order[batch * kBatch + i]], model, gradient);
+      for (std::size_t i = 0; i < kBatch; ++i)
+        descend(set[order[batch * kBatch + i]], network, off, gradient);
       step += 1.0;
-      const double rate = kRate * (1.0 - step / (kEpochs * static_cast<double>(batches)));
+      const double rate = kRate * (1.0 - step / (epochs * static_cast<double>(batches)));
       const double fade = std::sqrt(1.0 - std::pow(0.999, step)) / (1.0 - std::pow(0.9, step));
       for (std::size_t i = 0; i < kWeights; ++i) {
-        double& w = flat(weights)[i];
+        double& w = flat(network)[i];
         const double g = flat(gradient)[i] / kBatch + kPull / static_cast<double>(set.size()) * w;
         flat(mean)[i] += 0.1 * (g - flat(mean)[i]);
         flat(square)[i] += 0.001 * (g * g - flat(square)[i]);
@@ -298,16 +288,27 @@ void fit_network(const Set& set, ShadowModel& model) {
       }
     }
   }
-  model.hidden = weights.hidden;
-  model.out = weights.out;
-  model.out_0 = weights.out_0;
-  for (ShadowHidden& of : model.hidden)
-    for (double& w : of) w = rounded(w);
+  for (std::size_t i = 0; i < kWeights; ++i) flat(network)[i] = rounded(flat(network)[i]);
+  return network;
 }
 
-double logit_of(const Example& e, const ShadowModel& model) {
-  const ShadowHidden y = hidden_layer(e.x, model);
-  return std::inner_product(y.begin(), y.end(), model.out.begin(), model.out_0);
+/// Least squares, but what lies far off is no more than that: it may be of another rock.
+void fit_body(const std::vector<Image>& images, ShadowModel& model) {
+  constexpr int kEpochs = 20;
+  constexpr double kMostOff = 0.25;
+  model.body = fitted(bodies(images, model), kEpochs,
+                      [=](double z, double wanted) { return std::clamp(z - wanted, -kMostOff, kMostOff); });
+}
+
+/// The log loss.
+void fit_boulder(const std::vector<Image>& images, ShadowModel& model) {
+  constexpr int kEpochs = 40;
+  model.boulder = fitted(fits(images, model), kEpochs,
+                         [](double z, double wanted) { return 1.0 / (1.0 + std::exp(-z)) - wanted; });
+}
+
+double logit_of(const Example<1>& e, const ShadowModel& model) {
+  return outputs(hidden_layer(e.x, model.boulder.hidden), model.boulder)[0];
 }
 
 /// z' = z times `slope` + `shift`: so that of what a map holds at a confidence so many are boulders.
@@ -315,12 +316,12 @@ void calibrate(const Set& set, ShadowModel& model) {
   double slope = 1.0;
   double shift = 0.0;
   std::vector<double> z(set.size());
-  std::transform(set.begin(), set.end(), z.begin(), [&](const Example& e) { return logit_of(e, model); });
+  std::transform(set.begin(), set.end(), z.begin(), [&](const Example<1>& e) { return logit_of(e, model); });
   for (int iteration = 0; iteration < 30; ++iteration) {
     double g0 = 0.0, g1 = 0.0, h00 = 0.0, h01 = 0.0, h11 = 0.0;
     for (std::size_t i = 0; i < set.size(); ++i) {
       const double p = 1.0 / (1.0 + std::exp(-(slope * z[i] + shift)));
-      const double off = p - (set[i].boulder ? 1.0 : 0.0);
+      const double off = p - set[i].wanted[0];
       const double w = p * (1.0 - p);
       g0 += off;
       g1 += off * z[i];
@@ -333,8 +334,8 @@ void calibrate(const Set& set, ShadowModel& model) {
     slope -= (h00 * g1 - h01 * g0) / determinant;
   }
   fmt::print("calibrated by {} entries: z times {:.3f} {:+.3f}\n", set.size(), slope, shift);
-  for (double& v : model.out) v = rounded(slope * v);
-  model.out_0 = rounded(slope * model.out_0 + shift);
+  for (double& v : model.boulder.out[0]) v = rounded(slope * v);
+  model.boulder.out_0[0] = rounded(slope * model.boulder.out_0[0] + shift);
 }
 
 void judge(const std::string& what, const Set& set, const ShadowModel& model) {
@@ -345,10 +346,10 @@ void judge(const std::string& what, const Set& set, const ShadowModel& model) {
   std::array<Bin, 10> bins;
   double loss = 0.0;
   double brier = 0.0;
-  for (const Example& e : set) {
+  for (const Example<1>& e : set) {
     const double p = 1.0 / (1.0 + std::exp(-logit_of(e, model)));
-    const double y = e.boulder ? 1.0 : 0.0;
-    loss -= std::log(std::max(1e-12, e.boulder ? p : 1.0 - p));
+    const double y = e.wanted[0];
+    loss -= std::log(std::max(1e-12, y == 1.0 ? p : 1.0 - p));
     brier += (p - y) * (p - y);
     Bin& bin = bins[std::min<std::size_t>(9, static_cast<std::size_t>(10.0 * p))];
     ++bin.count;
@@ -361,6 +362,35 @@ void judge(const std::string& what, const Set& set, const ShadowModel& model) {
   for (const Bin& b : bins) {
     if (b.count > 0) fmt::print("   {:.3f}   {:.3f}  {}\n", b.claimed / b.count, b.seen / b.count, b.count);
   }
+}
+
+/// How far entries of few pixels lie towards the sun of their rock, as outlines and as the model has them,
+/// and how the logarithm of their size is off.
+void judge_bodies(const std::string& what, const std::vector<Image>& images) {
+  constexpr double kMostOutline_px = 6.0;
+  double n = 0.0;
+  Vec3 sum = Vec3::Zero(), square = Vec3::Zero();
+  for (const Image& image : images) {
+    const double pixel_m = image.view.pixel_m;
+    for (const ShadowCandidate& c : strongest(image.fits, image.view, {})) {
+      const TableBoulder* rock = rock_at(c, image);
+      if (rock == nullptr || !in_range(c, image) || c.confidence < 0.5 || outline_px(c) > kMostOutline_px)
+        continue;
+      const Vec2 off = (image.geo.to_map(c.u_px, c.v_px) - rock->p_map_m) / pixel_m;
+      const double towards_px = Vec2(off.x(), -off.y()).dot(image.view.towards_sun_px);
+      const Vec3 e(towards_px, towards_px - c.towards_sun_px,
+                   std::log(c.diameter_px * pixel_m / rock->diameter_m));
+      n += 1.0;
+      sum += e;
+      square += e.cwiseAbs2();
+    }
+  }
+  const Vec3 mean = sum / n;
+  const Vec3 rms = (square / n).cwiseSqrt();
+  fmt::print(
+      "{}: {:.0f} entries, towards the sun {:.2f} px, rms {:.2f}, of the outline; {:.2f}, {:.2f} of the "
+      "boulder; log of the size {:.3f}, rms {:.3f}\n",
+      what, n, mean[0], rms[0], mean[1], rms[1], mean[2], rms[2]);
 }
 
 template <class Numbers>
@@ -380,16 +410,21 @@ std::string text_of(const Numbers& numbers) {
   return text + "}";
 }
 
+template <std::size_t kOutputs>
+std::string text_of(const ShadowNetwork<kOutputs>& network) {
+  std::string hidden, out;
+  for (const ShadowHidden& of : network.hidden) hidden += (hidden.empty() ? "" : ",\n     ") + text_of(of);
+  for (const ShadowHidden& of : network.out) out += (out.empty() ? "" : ",\n     ") + text_of(of);
+  return fmt::format("{{{{{{{}}}}},\n     {{{{{}}}}},\n     {}}}", hidden, out, text_of(network.out_0));
+}
+
 std::string source_of(const ShadowModel& model) {
-  std::string hidden;
-  for (const ShadowHidden& of : model.hidden) hidden += (hidden.empty() ? "" : ",\n     ") + text_of(of);
   return fmt::format(
       "// Made by `make shadow-weights`, which prints it again: see shadow_confidence.hpp. Not to be edited.\n"
       "#include \"detect/shadow_confidence.hpp\"\n\nnamespace cairn::ground {{\n\n// clang-format off\n"
-      "const ShadowModel kShadowModel = {{\n    {},\n    {},\n    {{{{{}}}}},\n    {:.4g},\n    {},\n    {}}};\n"
+      "const ShadowModel kShadowModel = {{\n    {},\n    {},\n    {},\n    {}}};\n"
       "// clang-format on\n\n}}  // namespace cairn::ground\n",
-      text_of(model.middle), text_of(model.spread), hidden, model.out_0, text_of(model.out),
-      text_of(model.size));
+      text_of(model.middle), text_of(model.spread), text_of(model.boulder), text_of(model.body));
 }
 
 int run(int argc, char** argv) {
@@ -400,9 +435,9 @@ int run(int argc, char** argv) {
   std::vector<Image> held_out = gathered(kHeldOut, folder);
   auto model = std::make_unique<ShadowModel>();
   standardise(fit, *model);
-  fit_size(fit, *model);
+  fit_body(fit, *model);
   rate(*model, fit);
-  fit_network(fits(fit, *model), *model);
+  fit_boulder(fit, *model);
   rate(*model, others);
   calibrate(entries(others, *model), *model);
   for (const auto& [what, of] : {std::pair{"today's model", &kShadowModel}, {"new model", model.get()}}) {
@@ -411,6 +446,8 @@ int run(int argc, char** argv) {
     judge(fmt::format("fits, held out, {}", what), fits(held_out, *of), *of);
     judge(fmt::format("entries, fitted to, {}", what), entries(fit, *of), *of);
     judge(fmt::format("entries, held out, {}", what), entries(held_out, *of), *of);
+    judge_bodies(fmt::format("entries, fitted to, {}", what), fit);
+    judge_bodies(fmt::format("entries, held out, {}", what), held_out);
   }
   const std::string source = source_of(*model);
   write_file(folder / "shadow_weights.cpp", source);
