@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/inverse.hpp"
+
 namespace cairn {
 namespace {
 
@@ -50,6 +52,7 @@ void AttitudeFusion::init(const TiltParams& params) {
   P_(3, 3) = P_(4, 4) = square(params.sigma_turn_rad_per_m);
   turn_ = Vec2(0.0, 0.0);
   hidden_m_ = hidden_rad_ = 0.0;
+  on_map_ = false;
 }
 
 Pose3 AttitudeFusion::calibrated(const Pose3& step) const {
@@ -137,6 +140,42 @@ TiltResult AttitudeFusion::gravity(const Quat& R_map_rover, const Vec3& up_rover
     for (int i = 0; i < 5; ++i) P_(i, j) -= gain(i, weight);
   }
   P_ = symmetric<5>(P_);
+  return out;
+}
+
+TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, double common_m) {
+  TiltResult out;
+  Covariance P = P_;
+  if (!on_map_) P(0, 0) += square(params_.sigma_start_z_m);
+  Mat3 S;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) S(i, j) = P(i, j) + covariance(i, j);
+  }
+  const Eigen::LLT<Mat3> factors(S);
+  if (factors.info() != Eigen::Success) return out;
+  const Mat3 inverse = inverse_by<3>(factors);
+  const Vec3 pull = inverse * offset;
+  out.chi2 = offset.dot(pull);
+  out.status = AttitudeStatus::kInconsistent;
+  if (!(out.chi2 <= params_.ground_gate_chi2)) return out;
+  out.status = AttitudeStatus::kFused;
+  const auto gain = [&](int i, const Vec3& w) { return P(i, 0) * w[0] + P(i, 1) * w[1] + P(i, 2) * w[2]; };
+  out.z_m = gain(0, pull);
+  out.turn_map = Vec2(gain(1, pull), gain(2, pull));
+  for (int i = 0; i < 2; ++i) turn_[i] = clamped(turn_[i] + gain(3 + i, pull), params_.max_turn_rad_per_m);
+  P_ = P;
+  for (int j = 0; j < 5; ++j) {
+    const Vec3 weight = inverse * Vec3(P(0, j), P(1, j), P(2, j));
+    for (int i = 0; i < 5; ++i) P_(i, j) -= gain(i, weight);
+  }
+  P_ = symmetric<5>(P_);
+  const double least_m2 = square(common_m);
+  const double least_rad2 = square(params_.least_ground_tilt_rad);
+  for (int i = 0; i < 3; ++i) {
+    const double least = i == 0 ? least_m2 : least_rad2;
+    if (P_(i, i) < least) P_(i, i) = least;
+  }
+  on_map_ = true;
   return out;
 }
 

@@ -14,8 +14,13 @@
 ///              (-a_y, a_x, 1) but for noise, so (v_y, -v_x) = a + n. Its length is 1 to kUpLengthError:
 ///              what is farther off was not gravity alone
 ///   gate       d = r' S^-1 r with two degrees of freedom. Beyond gate_chi2 nothing changes
+///   ground     z and a against the map's ground (ground_height.hpp), r with covariance R: r = (z, a) + n,
+///              gated likewise with three.
+///              No variance falls below what the map's heights, and the disparities of all frames, are off
+///              in common, however many measurements there are
 ///
-/// The height's error is that since the start: of the start's own height nothing is known here.
+/// The height's error is that since the start: of the start's own height nothing is known here, until the
+/// first ground is measured. From then on it is that in `map`; before it the start's own sigma is added.
 ///
 /// Frames that VO does not measure hide a tilt and a climb, as in pose_fusion.hpp: kept apart until VO has
 /// measured the whole way (`caught_up`) or its reference is lost (`give_up`). Here they are simply added.
@@ -44,7 +49,10 @@ struct TiltParams {
   double vo_sigma_factor = 1.6;                                       ///< f: as FusionParams'
   double noise_tilt_rad = cfg::kMission.drift_noise_yaw_rad;          ///< of one metre
   double noise_z_m = cfg::kMission.drift_noise_xy_m;                  ///< of one metre
-  double gate_chi2 = 24.9;  ///< two degrees of freedom: 4e-6 of the good are refused
+  double sigma_start_z_m = 1.0;          ///< of the start's height in `map`, where the map tells heights
+  double ground_gate_chi2 = 28.5;        ///< three degrees of freedom: 3e-6 of the good are refused
+  double least_ground_tilt_rad = 0.001;  ///< what disparities make of a tilt in common, all frames alike
+  double gate_chi2 = 24.9;               ///< two degrees of freedom: 4e-6 of the good are refused
   double unseen_step_m = cfg::kMission.unseen_step_m;  ///< sigma of what a frame without VO and prior hides
   double unseen_step_rad = cfg::kMission.unseen_step_rad;
   double prior_share = cfg::kMission.prior_share;  ///< of a motion prior's length and turn
@@ -103,6 +111,12 @@ class AttitudeFusion {
   /// Gravity, measured where the rover stands now; nothing may be hidden. Takes in what it returns.
   TiltResult gravity(const Quat& R_map_rover, const Vec3& up_rover, double sigma_rad);
 
+  /// The ground in view stands by `offset` (z, a) off where it is on the map. Nothing may be hidden. Takes in
+  /// what it returns. `common_m`: of the map's heights.
+  TiltResult ground(const Vec3& offset, const Mat3& covariance, double common_m);
+  /// The rover is elsewhere than it was thought to be: its height there is not known.
+  void leave_ground() { on_map_ = false; }
+
   double sigma_z_m() const;       ///< since the start; with what is hidden
   double sigma_tilt_rad() const;  ///< root of the mean variance of a_x and a_y; with what is hidden
   double roll_rad_per_m() const { return turn_[0]; }
@@ -116,6 +130,7 @@ class AttitudeFusion {
   Vec2 turn_ = Vec2(0.0, 0.0);  ///< b
   double hidden_m_ = 0.0;       ///< since VO's reference
   double hidden_rad_ = 0.0;
+  bool on_map_ = false;  ///< a height is that of the map
 };
 
 }  // namespace cairn

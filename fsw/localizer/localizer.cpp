@@ -88,6 +88,7 @@ LocalizerStatus Localizer::init(const LocalizerParams& params, const StereoRig& 
   tilt_.init(params.tilt);
   gravity_status_ = heading_status_ = AttitudeStatus::kNone;
   heading_ = {};
+  heights_due_ = false;
   trust_.init(params.trust);
   watch_.init(params.watch);
   watch_status_ = WatchStatus::kClear;
@@ -125,6 +126,7 @@ void Localizer::begin_site(const Pose3& T_map_rover, double sigma_xy_m, double s
   fusion_.init(params_.fusion, sigma_xy_m, sigma_yaw_rad);
   expect_of_map();
   tilt_.init(params_.tilt);
+  heights_due_ = false;
   gravity_status_ = heading_status_ = AttitudeStatus::kNone;
   if (heading_.waiting) pass_over_heading();
   trust_.init(params_.trust);
@@ -362,16 +364,41 @@ AttitudeStatus Localizer::take_gravity(const Vec3& up_rover, double sigma_rad) {
   if (gravity_status_ == AttitudeStatus::kNone) {
     const TiltResult r = tilt_.gravity(T_map_rover().q, up_rover, sigma_rad);
     gravity_status_ = r.status;
-    if (r.status == AttitudeStatus::kFused) {
-      const Vec2 turn_site = Pose2{0.0, 0.0, -T_map_site_.yaw_rad} * r.turn_map;
-      Pose3& pose = T_site_rover_.corrected;
-      pose.q = (quat_exp(Vec3(turn_site.x(), turn_site.y(), 0.0)) * pose.q).normalized();
-      pose.t.z() += r.z_m;
-      at_reference_.corrected = pose;  // nothing is unseen: the two are one
-    }
+    if (r.status == AttitudeStatus::kFused) correct_tilt(r);
   }
   ++health_.gravity[static_cast<std::size_t>(gravity_status_)];
   return gravity_status_;
+}
+
+void Localizer::correct_tilt(const TiltResult& r) {
+  const Vec2 turn_site = Pose2{0.0, 0.0, -T_map_site_.yaw_rad} * r.turn_map;
+  Pose3& pose = T_site_rover_.corrected;
+  pose.q = (quat_exp(Vec3(turn_site.x(), turn_site.y(), 0.0)) * pose.q).normalized();
+  pose.t.z() += r.z_m;
+  at_reference_.corrected = pose;  // nothing is unseen: the two are one
+}
+
+/// Boulders and tracks of the frame are done: what comes next. Points that were seen from another pose than
+/// the one that stands now (gravity came between) say nothing of it.
+void Localizer::observed() {
+  stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
+  if (!heights_due_ || may_take() != AttitudeStatus::kNone) return;
+  const Vec3 camera = (T_site_rover_.corrected * rig_.T_rover_cam).t;
+  if ((camera - observer_.camera_site_m()).squaredNorm() > 0.0) return;
+  const GroundHeightStatus status = ground_.start(params_.ground, map_, observer_.surface(),
+                                                  lift(T_map_site_), T_map_rover().t, fusion_.sigma_xy_m());
+  if (status == GroundHeightStatus::kRunning) stage_ = FrameStage::kHeights;
+}
+
+void Localizer::take_heights() {
+  stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
+  if (ground_.status() != GroundHeightStatus::kFitted || may_take() != AttitudeStatus::kNone) return;
+  heights_due_ = false;
+  const GroundOffset& seen = ground_.result();
+  const TiltResult r =
+      tilt_.ground(seen.offset, seen.covariance, static_cast<double>(map_.heights().common_m));
+  if (r.status == AttitudeStatus::kFused) correct_tilt(r);
+  ++health_.heights[static_cast<std::size_t>(r.status)];
 }
 
 AttitudeStatus Localizer::take_heading(double yaw_rad, double sigma_rad) {
@@ -427,17 +454,23 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
     if (observer_.step(budget) == Progress::kMore) return Progress::kMore;
     ++health_.boulders[static_cast<std::size_t>(observer_.status())];
     laid_ = 0;
-    stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
     if (observer_.status() == ObserveStatus::kBoulders) {
       tracks_.start(observer_.result(), health_.frames);
       stage_ = FrameStage::kTracking;
+    } else {
+      stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
     }
   }
   if (stage_ == FrameStage::kTracking) {
     if (tracks_.step(budget) == Progress::kMore) return Progress::kMore;
-    stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;
     health_.dropped_tracks = tracks_.dropped();
     if (tracks_.jumped()) jumped();
+    observed();
+    if (stage_ == FrameStage::kHeights) budget.charge(GroundHeightJob::kStartOps);
+  }
+  if (stage_ == FrameStage::kHeights) {
+    if (ground_.step(budget) == Progress::kMore) return Progress::kMore;
+    take_heights();
   }
   return cfg::kHaveLandmarks ? step_relief(budget) : Progress::kDone;
 }
@@ -497,6 +530,7 @@ void Localizer::lay_in_relief() {
 void Localizer::set_map(const OrbitalMap& map) {
   if (fix_.status == FixStatus::kRunning) finish_fix(FixStatus::kLate);
   carried_.reset();
+  heights_due_ = false;
   map_ = map;
   expect_of_map();
 }
@@ -743,6 +777,8 @@ FixStatus Localizer::take_map_fix() {
       turn_about(fix_pivot_map_m_, r.at_snapshot);
       turn_about(planar(T_map_rover()).translation(), r.since);
       applied_created_ = fix_created_;
+      heights_due_ = true;
+      if (fix_.lost) tilt_.leave_ground();
     } else {
       status = r.status == FusionStatus::kInconsistent ? FixStatus::kInconsistent : FixStatus::kBadInput;
     }

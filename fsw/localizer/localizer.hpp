@@ -26,6 +26,9 @@
 /// sender's word: pictures taken at stops are a step apart, too, so VO cannot tell (adr/0013-attitude.md).
 /// Without such input nothing differs to the bit.
 ///
+/// Heights. Where the map carries heights, the first frame with boulders after an applied fix is held against
+/// them: the ground in view tells height and tilt (ground_height.hpp), and nothing of x, y and yaw.
+///
 /// Frames without a motion. While VO's reference stands, the pose is held or goes by motion priors, and sigma
 /// grows by what the rover may do; the next good pair measures the whole way from the reference, and what was
 /// held or told by priors counts no more. Where VO loses its reference the pose is guessed for good: sigma
@@ -59,6 +62,7 @@
 #include "localizer/boulder_observer.hpp"
 #include "localizer/boulder_tracks.hpp"
 #include "localizer/carried_hypothesis.hpp"
+#include "localizer/ground_height.hpp"
 #include "localizer/landmarks.hpp"
 #include "localizer/map_fix.hpp"
 #include "localizer/pose_fusion.hpp"
@@ -94,6 +98,7 @@ struct LocalizerParams {
   CorrectionMode correction = CorrectionMode::kWeighted;
   FusionParams fusion;
   TiltParams tilt;
+  GroundHeightParams ground;
   TrustParams trust;
   WatchParams watch;
   MapFixParams map_fix;
@@ -198,6 +203,7 @@ struct LocalizerHealth {
   /// By AttitudeStatus; a heading that waited counts as that, and by what became of it.
   std::array<std::uint32_t, kAttitudeStatusCount> gravity{};
   std::array<std::uint32_t, kAttitudeStatusCount> headings{};
+  std::array<std::uint32_t, kAttitudeStatusCount> heights{};  ///< of the ground by the map's heights
 };
 
 class Localizer {
@@ -276,6 +282,7 @@ class Localizer {
     kBoulders,   ///< pose known, boulders not begun
     kObserving,  ///< boulders at work
     kTracking,   ///< and put on their tracks
+    kHeights,    ///< the ground in view against the map's heights
     kRelief,     ///< what the frame shows is laid in the relief
     kSurvey,     ///< large boulders in it
     kLandmarks   ///< and put among those that are known
@@ -292,6 +299,9 @@ class Localizer {
   void guessed();
   void mark_reference();
   AttitudeStatus may_take() const;
+  void correct_tilt(const TiltResult& r);
+  void observed();
+  void take_heights();
   AttitudeStatus use_heading();
   void use_waiting_heading();
   void pass_over_heading();
@@ -354,6 +364,8 @@ class Localizer {
   Pose2 T_map_site_;
   PoseFusion fusion_;
   AttitudeFusion tilt_;
+  GroundHeightJob ground_;
+  bool heights_due_ = false;  ///< since a fix was applied
   AttitudeStatus gravity_status_ = AttitudeStatus::kNone;
   AttitudeStatus heading_status_ = AttitudeStatus::kNone;
   /// What a heading says of T_map_site, until it is used.

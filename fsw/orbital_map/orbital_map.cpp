@@ -147,7 +147,7 @@ bool OrbitalMap::tile(std::uint32_t index, MapTile& out) const {
   if (first < end) out.payload = bytes_ + payloads_at_ + first;
   out.bytes = end - first;
   out.boulder_bytes = out.bytes > cmap::kCrcBytes ? out.bytes - cmap::kCrcBytes : 0U;
-  if (heights_.spacing > 0 && out.boulder_bytes > 0) {
+  if (heights_.spacing > 0 && out.payload != nullptr && out.boulder_bytes > 0) {
     out.heights_at = cmap::kHeightLengthBytes;
     if (out.boulder_bytes < out.heights_at) return false;
     out.height_bytes = be::get_u16(out.payload);
@@ -274,7 +274,10 @@ OrbitalMap::Taken OrbitalMap::take_tile(std::uint32_t index, const Vec2& p_map_m
 }
 
 MapStatus MapValidation::start(const std::uint8_t* bytes, std::size_t size) {
-  *this = MapValidation();
+  candidate_ = result_ = OrbitalMap();  // not all of *this: that would lie on the stack, too
+  phase_ = Phase::kDirectory;
+  falls_ = false;
+  index_ = cursor_ = crc_ = tiles_crc_ = good_boulders_ = 0;
   status_ = candidate_.read_head(bytes, size);
   if (status_ == MapStatus::kUsable) status_ = MapStatus::kChecking;
   return status_;
