@@ -9,7 +9,7 @@ ELF_MACHINE := Advanced Micro Devices X86-64
 CPU     :=
 OPT     := -O3
 # Rooms that touch no pixels: -O3 makes their code half as large again.
-$(B)/fsw/app/%.o $(B)/fsw/localizer/%.o: FLIGHT += $(if $(SAN),,-O2)
+$(B)/fsw/app/%.o $(B)/fsw/localizer/%.o $(B)/fsw/orbital_map/%.o $(B)/fsw/registration/%.o: FLIGHT += $(if $(SAN),,-O2)
 LINKER   = $(CXX) $(CPU) $(SANFLAG)
 CMOCKA_LIB := -lcmocka
 run_image = $(1)
