@@ -17,8 +17,8 @@ enum class Task : std::uint8_t {
   kBoulders,  ///< an overrun is abandoned: the frame adds nothing to the local map
   kFixBegin,  ///< snapshot of the local map, its tracks merged before; an overrun begins no fix
   kFix,       ///< search and verdict, over as many minor frames as they take
-  kFixApply,  ///< the correction, at this frame and no other; a search that is not done goes on to the next
-              ///< of these frames (the paper's ICP is late, and counted)
+  kFixApply,  ///< the correction, at these frames and no other; a search that is not done goes on to the next
+              ///< of them (the paper's ICP is late, and counted)
 };
 inline constexpr std::size_t kTaskCount = 5;
 
@@ -58,6 +58,7 @@ inline constexpr ScheduleRow kSchedule[] = {
     {Task::kBoulders, 0, 29, kBoulderOps},
     {Task::kFixBegin, 24, 24, kFixBeginOps},
     {Task::kFix, 0, 29, 2'000'000},
+    {Task::kFixApply, 0, 22, 10'000},  // of a search that was not done by the row below
     {Task::kFixApply, 29, 29, 10'000},
 };
 inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);

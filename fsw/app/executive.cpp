@@ -76,6 +76,8 @@ Progress Executive::run(Localizer& localizer, WorkBudget& slice) {
 }
 
 Progress Executive::step(Localizer& localizer, cfg::Task task, WorkBudget& budget) {
+  const bool due = minor_ == cfg::kMinorFrames - 1;  // the fix of this major frame
+  const bool open = localizer.last_fix().status == FixStatus::kRunning;
   switch (task) {
     case cfg::Task::kVo: return localizer.step_vo(budget);
     case cfg::Task::kBoulders: return localizer.step_boulders(budget);
@@ -86,10 +88,11 @@ Progress Executive::step(Localizer& localizer, cfg::Task task, WorkBudget& budge
       return Progress::kDone;
     case cfg::Task::kFix: return localizer.step_fix(budget);
     case cfg::Task::kFixApply:
+      if (!due && !open) return Progress::kDone;
       if (!budget.take(Localizer::kApplyFixOps)) return Progress::kMore;
       localizer.apply_fix();
-      fix_closed_ = true;
-      if (localizer.last_fix().status == FixStatus::kLate)
+      fix_closed_ = due || localizer.last_fix().status != FixStatus::kRunning;
+      if (fix_closed_ && localizer.last_fix().status == FixStatus::kLate)
         ++counts_.overruns[static_cast<int>(cfg::Task::kFix)];
       return Progress::kDone;
   }

@@ -41,7 +41,7 @@ class Executive {
   Progress run(Localizer& localizer, WorkBudget& slice);
 
   bool busy() const { return busy_; }
-  /// True where the minor frame that just ended closed a registration.
+  /// True where the minor frame that just ended closed a registration, and in the last of a major frame.
   bool fix_closed() const { return fix_closed_; }
   /// 0 ... kMinorFrames - 1, of the minor frame that runs or ran last.
   int minor() const { return minor_; }

@@ -19,7 +19,7 @@ void BoulderTracks::init(const TrackParams& params) {
   settled_ = merged_ = false;
   settling_ = 0;
   next_id_ = dropped_ = 0;
-  there_ = again_ = 0;
+  there_ = again_ = known_ = suspected_ = 0;
   shared_ = shared_again_ = jump_log_ = 0.0;
 }
 
@@ -28,7 +28,10 @@ void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame
   there_ = again_ = 0;
   for (const Track& t : tracks_) there_ += t.last_frame == frame_ && frame - frame_ == 1 ? 1U : 0U;
   frame_ = frame;
-  jump_log_ = 0.0;
+  if (suspected_ == 0) {
+    known_ = next_id_;
+    jump_log_ = 0.0;
+  }
   cursor_ = 0;
   phase_ = Phase::kVoted;
 }
@@ -66,7 +69,7 @@ void BoulderTracks::take_voted() {
     now[i] = voted_track(sightings[i], frame_);
     if (now[i] == kNone) continue;
     take(sightings[i], now[i], frame_);
-    ++again_;
+    again_ += tracks_[static_cast<std::size_t>(now[i])].id < known_ ? 1U : 0U;
   }
   last_count_ = sightings.size();
   for (std::size_t i = 0; i < last_count_; ++i) last_track_[i] = now[i];
@@ -77,7 +80,7 @@ void BoulderTracks::take_nearest(std::size_t sighting) {
   std::int16_t& track = last_track_[sighting];
   track = nearest_track(seen, frame_);
   if (track != kNone) {
-    ++again_;
+    again_ += tracks_[static_cast<std::size_t>(track)].id < known_ ? 1U : 0U;
   } else {
     Track fresh;
     fresh.id = next_id_;
@@ -92,14 +95,21 @@ void BoulderTracks::take_nearest(std::size_t sighting) {
 }
 
 void BoulderTracks::weigh_jump() {
-  if (2 * there_ < last_count_) return;
+  const std::uint32_t before = suspected_;
+  suspected_ = 0;
+  if (2 * there_ < last_count_) {
+    jump_log_ = 0.0;
+    return;
+  }
   const auto n = static_cast<double>(last_count_);
   const auto again = static_cast<double>(again_);
   double q = (shared_again_ + 1.0) / (shared_ + 2.0);
   q = q < kMostAgain ? q : kMostAgain;
   if (shared_ >= kLeastShared && q > kByChance)
-    jump_log_ = again * ln(kByChance / q) + (n - again) * ln((1.0 - kByChance) / (1.0 - q));
+    jump_log_ += again * ln(kByChance / q) + (n - again) * ln((1.0 - kByChance) / (1.0 - q));
   if (jumped()) return;  // tells nothing of the share
+  if (jump_log_ > 0.5 * params_.jump_nats && before < kSuspected) suspected_ = before + 1;
+  if (before > 0) return;  // boulders that came into view since are no misses
   shared_ = kShareKept * shared_ + n;
   shared_again_ = kShareKept * shared_again_ + again;
 }

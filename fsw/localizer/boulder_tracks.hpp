@@ -14,7 +14,9 @@
 ///     jump_log = a ln(kByChance / q) + (n - a) ln((1 - kByChance) / (1 - q))
 /// is the log likelihood ratio of 'missed a motion' against 'as ever'. That the share scatters more than
 /// sightings at random would is allowed for by a q of kMostAgain at most. Not asked where fewer than half as
-/// many tracks were seen the frame before.
+/// many tracks were seen the frame before. A few boulders in view can't say enough at once: where it is more
+/// than half of what is asked, up to kSuspected frames after it add theirs, of sightings on tracks that are
+/// older than the first of them. What was overlooked is there again; after a motion that was missed it isn't.
 #pragma once
 
 #include <cstdint>
@@ -67,7 +69,8 @@ class BoulderTracks {
   Progress settle(WorkBudget& budget);
   /// The local map, in the order of the tracks' numbers, settled.
   void build(LocalMap& out);
-  /// What the last frame says, once taken in; 0 where the frame before was not, or there is no share yet.
+  /// What the last frame says, once taken in, with those suspected before it; 0 where the frame before was
+  /// not, or there is no share yet.
   double jump_log() const { return jump_log_; }
   bool jumped() const { return jump_log_ > params_.jump_nats; }
   std::uint32_t dropped() const { return dropped_; }  ///< sightings without room for a track
@@ -88,6 +91,7 @@ class BoulderTracks {
   static constexpr double kMostAgain = 0.9;
   static constexpr double kLeastShared = 20.0;  ///< sightings that the share is taken from
   static constexpr double kShareKept = 0.9;     ///< of their weight, a frame
+  static constexpr std::uint32_t kSuspected = 2;
   enum class Phase : std::uint8_t { kVoted, kNearest, kDone };
 
   std::int16_t voted_track(const BoulderSighting& sighting, std::uint32_t frame) const;
@@ -114,9 +118,11 @@ class BoulderTracks {
   std::size_t last_count_ = 0;
   std::uint32_t next_id_ = 0;
   std::uint32_t dropped_ = 0;
-  std::uint32_t there_ = 0;  ///< tracks that were seen in the frame before
-  std::uint32_t again_ = 0;  ///< sightings of this frame on tracks of frames before
-  double shared_ = 0.0;      ///< sightings of the frames before, fading, ...
+  std::uint32_t there_ = 0;      ///< tracks that were seen in the frame before
+  std::uint32_t again_ = 0;      ///< sightings of this frame on tracks of frames before
+  std::uint32_t known_ = 0;      ///< these: created before this frame, or the first that is suspected
+  std::uint32_t suspected_ = 0;  ///< frames in a row
+  double shared_ = 0.0;          ///< sightings of the frames before, fading, ...
   double shared_again_ = 0.0;
   double jump_log_ = 0.0;
 };

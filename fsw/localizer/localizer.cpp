@@ -44,6 +44,7 @@ FixStatus fix_status(MapFixStatus status) {
 
 constexpr double kSurveyEvery_m = 1.5;  // of way: a third of what the relief holds beyond what is seen
 constexpr double kRefuted = 6.9;        // nats against the pose: odds of 1000 to 1
+constexpr double kSlide = 2.0;          // longest steps of VO: sigma of a slide
 constexpr double kWorthIt = 1.0;        // nats for a pose that is carried along
 constexpr std::size_t kFresh = 4;       // boulders that make a window
 constexpr double kProved = 13.0;        // odds, as their logarithm: the most that a verdict takes
@@ -310,16 +311,16 @@ void Localizer::hidden(std::uint32_t frames, const Pose3* motion_prior) {
   trust_.on(TrustEvent::kHeld);
 }
 
-/// VO lost its way: from its old reference on, as it was predicted.
+/// VO lost its way: from its old reference on, as it was predicted. It saw ground enough; that it could not
+/// follow may be for a slide, of which a prior alone can tell, and none where VO saw more than may be.
 void Localizer::guessed() {
   const Pose3 step = rover_step(vo_.predicted());
   T_site_rover_ = {at_reference_.corrected * step, at_reference_.vo * step};
-  if (have_prior_) {
+  if (have_prior_ && vo_.status() != VoStatus::kImplausible) {
     fusion_.coast(rover_step(prior_));
     tilt_.coast(rover_step(prior_));
   } else {
-    fusion_.hold(1);
-    tilt_.hold(1);
+    slid(1);
   }
   if (heading_.waiting) pass_over_heading();
   tear_local_map();
@@ -475,14 +476,19 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
   return cfg::kHaveLandmarks ? step_relief(budget) : Progress::kDone;
 }
 
-/// 3 sigma is the bound, as of frames without a motion: what was measured and what was driven may each be as
-/// long as VO holds possible, over all frames that VO measured at once.
-void Localizer::jumped() {
-  const double steps = 2.0 / 3.0 * spanned_;
-  const double xy = steps * params_.vo.max_step_m;
-  const double yaw = steps * params_.vo.max_step_rad;
+/// What a rover may have done in steps that VO missed. 3 sigma is the bound, as of frames without a motion:
+/// what was measured and what was driven may each turn as far as VO holds possible; ground that gives way
+/// may carry it three times as far.
+void Localizer::slid(std::uint32_t steps) {
+  const double xy = kSlide * steps * params_.vo.max_step_m;
+  const double yaw = 2.0 / 3.0 * steps * params_.vo.max_step_rad;
   fusion_.doubt(xy, yaw);
   tilt_.doubt(xy, yaw);
+}
+
+/// Over all frames that VO measured at once.
+void Localizer::jumped() {
+  slid(spanned_);
   if (heading_.waiting) pass_over_heading();
   tracks_.forget_before(health_.frames);
   forget_relief();

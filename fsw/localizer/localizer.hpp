@@ -34,11 +34,13 @@
 /// held or told by priors counts no more. Where VO loses its reference the pose is guessed for good: sigma
 /// keeps what the guess may be off, trust tells of it, and where that is more than a pair's own error the
 /// boulders seen before are forgotten. The same where something speaks against VO's motion (vo_watch.hpp).
+/// Pictures of ground that VO cannot follow may be of a slide: without a prior, sigma is that of one.
 ///
 /// Slips. Where boulders seen before agree with the map and those in view do not, VO missed a motion: the fix
 /// is not used, older boulders are forgotten, and sigma grows as if VO had not seen a frame of the window.
 /// At once it shows where boulders seen the frame before are in view and not where they were
-/// (boulder_tracks.hpp): the step is doubted, by all that two steps which VO holds possible may differ.
+/// (boulder_tracks.hpp): the step is doubted, by a slide of six of the longest steps that VO holds possible
+/// at 3 sigma. One that was longer is beyond what sigma says, and trust alone tells.
 ///
 /// Lost. By command, once trust.hpp says so, or where declined fixes together speak against the pose at 1000
 /// to 1, it is looked for in the whole map: by the very fix that completes the odds. From then on sigma says
@@ -334,6 +336,7 @@ class Localizer {
   void carry_on(FixStatus status);
   bool goes_on() const;
   void slipped();
+  void slid(std::uint32_t steps);
   void jumped();
   void turn_about(const Vec2& pivot_map_m, const Pose2& correction);
   void finish_fix(FixStatus status);

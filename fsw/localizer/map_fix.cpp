@@ -242,6 +242,9 @@ void MapFix::take_relocation() {
   result_.proof_expected = expects_proof(local_.size(), (map_.count() + 1.0) / area);
   if (relocation_.status() != RelocationStatus::kJudged) {
     status_ = status_of(relocation_.status());
+    // As where a prior that is not wide leaves nothing to be weighed.
+    if (status_ == MapFixStatus::kNoHypothesis && relocation_.search().hits().empty())
+      result_.verdict.log_ratio = evidence_of_misses(local_.size());
     return;
   }
   const RelocationResult& r = relocation_.result();

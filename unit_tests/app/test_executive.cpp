@@ -235,10 +235,18 @@ void test_boulder_overrun_is_abandoned(void**) {
   assert_int_equal(executive.work().ops[kBoulders], 0);
 }
 
+void see_boulders() {
+  for (std::uint32_t frame = 1; frame <= 5; ++frame) {
+    WorkBudget all = WorkBudget::unlimited();
+    localizer.tracks().start(sightings, frame);
+    assert_status(localizer.tracks().step(all), Progress::kDone);
+  }
+}
+
 /// A map about the start, and boulders beside its own as if they had been seen.
-void make_boulders() {
-  for (unsigned i = 0; i < 4000; ++i) grid[i] = {0, 25 * (i % 80), 40 * (i / 80), 300};
-  test::make_map(map, 1, 1, 10000, 0.01, grid, 4000);
+void make_boulders(unsigned count = 4000) {
+  for (unsigned i = 0; i < count; ++i) grid[i] = {0, 25 * (i % 80), 40 * (i / 80), 300};
+  test::make_map(map, 1, 1, 10000, 0.01, grid, count);
   MapValidation validation;
   assert_status(validation.start(map.bytes, map.size), MapStatus::kChecking);
   WorkBudget budget = WorkBudget::unlimited();
@@ -256,11 +264,7 @@ void make_boulders() {
     s.points = 10;
     assert_true(sightings.push_back(s));
   }
-  for (std::uint32_t frame = 1; frame <= 5; ++frame) {
-    WorkBudget all = WorkBudget::unlimited();
-    localizer.tracks().start(sightings, frame);
-    assert_status(localizer.tracks().step(all), Progress::kDone);
-  }
+  see_boulders();
 }
 
 void test_late_fix_is_counted(void**) {
@@ -284,6 +288,34 @@ void test_late_fix_is_counted(void**) {
     assert_int_equal(localizer.health().fixes[static_cast<int>(FixStatus::kLate)], round);
     assert_near((localizer.T_map_rover().t - kStart).norm(), 0.0, 0.0);
   }
+}
+
+/// A search that takes longer than to the row of its major frame is closed in the frame that ends it, and the
+/// next fix begins in its own; how far it is, the last minor frame tells.
+void test_a_long_search_is_closed_once_it_is_done(void**) {
+  LocalizerParams params;
+  start(localizer, params);
+  assert_status(localizer.set_start({Quat::Identity(), kStart}, 2.0e4, 3.0), LocalizerStatus::kReady);
+  make_boulders(300);
+  localizer.tracks().init(params.tracks);
+  sightings.resize(24);
+  Random random(17);  // boulders of no place on it
+  for (BoulderSighting& s : sightings)
+    s.p_site_m = Vec3(1e-3 * random.below(9000) - 4.5, 1e-3 * random.below(9000) - 4.5, 0.1);
+  see_boulders();
+  int late = 0;
+  for (int n = 0; late == 0 && n < 20 * cfg::kMinorFrames; ++n) {
+    const bool open = localizer.last_fix().status == FixStatus::kRunning;
+    blind_minor_frame();
+    const int minor = executive.minor();
+    const bool closed = open && localizer.last_fix().status != FixStatus::kRunning;
+    assert_int_equal(executive.fix_closed(), closed || minor == kApplyMinor);
+    if (minor == kApplyMinor || !open || minor > 22) continue;
+    // Done in the frame that had operations to spare.
+    assert_int_equal(closed, executive.work().ops[kFix] < 2'000'000);
+    late += closed;
+  }
+  assert_int_equal(late, 1);
 }
 
 void test_fix_in_time_is_not(void**) {
@@ -347,6 +379,7 @@ int main() {
       cmocka_unit_test(test_vo_overrun_drops_the_next_pair),
       cmocka_unit_test(test_boulder_overrun_is_abandoned),
       cmocka_unit_test(test_late_fix_is_counted),
+      cmocka_unit_test(test_a_long_search_is_closed_once_it_is_done),
       cmocka_unit_test(test_fix_in_time_is_not),
       cmocka_unit_test(test_restart_keeps_the_counts),
       cmocka_unit_test(test_a_frame_within_a_frame_is_our_own_error),

@@ -880,6 +880,8 @@ void suite_drives() {
   unsaid.start_sigma_m = 0.1;
   DriveCase slip = sound;
   slip.slip_m = 1.0;
+  DriveCase slide = sound;
+  slide.slip_m = 2.0;
   const auto started = [](double off_m, bool coarse) {
     DriveCase c;
     c.start_error_m = off_m;
@@ -900,7 +902,8 @@ void suite_drives() {
                         {"15 m, start as good as said, coarse map", started(-1.0, true)},
                         {"15 m, start 0.3 m off, coarse map", started(0.3, true)},
                         {"15 m, start 0.5 m off, coarse map", started(0.5, true)},
-                        {"15 m, start 1 m off, coarse map", started(1.0, true)}};
+                        {"15 m, start 1 m off, coarse map", started(1.0, true)},
+                        {"slip of 2 m half way, unnoticed", slide}};
   int number = 0;
   for (const Kind& kind : kinds) {
     ++number;

@@ -190,7 +190,7 @@ void DrivenRover::look(Rng& rng, std::uint32_t frame) {
   WorkBudget all = WorkBudget::unlimited();
   (void)tracks_.step(all);
   if (!tracks_.jumped()) return;
-  fusion_.doubt(2.0 / 3.0 * cfg::kMission.max_step_m, 2.0 / 3.0 * cfg::kMission.max_step_rad);
+  fusion_.doubt(2.0 * cfg::kMission.max_step_m, 2.0 / 3.0 * cfg::kMission.max_step_rad);
   tracks_.forget_before(frame);
   trust_.on(TrustEvent::kDoubted);
 }

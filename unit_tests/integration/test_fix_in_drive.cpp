@@ -638,6 +638,36 @@ void test_what_is_refuted_may_be_anywhere(void**) {
   }
 }
 
+/// A claim speaks for itself alone: what lies beyond it and agrees there, short of a proof, does not keep it.
+void test_what_agrees_beyond_a_claim_does_not_keep_it(void**) {
+  LocalizerParams params = eager();
+  params.map_fix.search.scale_sigma = 0.0;
+  params.map_fix.search.verdict.ln_threshold = 100.0;  // no proof in all of this
+  for (int seed = 0; seed < (kSanitized ? 1 : 4); ++seed) {
+    Random random(static_cast<std::uint64_t>(seed) + 801);
+    const Vec2 truth_m = planar(*data.truth_rover(0)).translation();
+    const std::vector<ground::TableBoulder> rocks = anywhere(random, truth_m, 1.0);
+    FlightMap map;
+    assert_status(map.make(rocks), MapStatus::kUsable);
+    for (const bool honest : {false, true}) {
+      init(params);
+      localizer.set_map(map.map);
+      start(0, 0.05, 0.01, 0.0, honest ? Vec2(0.0, 0.0) : Vec2(0.55, -0.45));
+      run(0, 1);
+      const Pose2 T_site_truth = localizer.T_map_site().inverse() * planar(localizer.T_map_rover()) *
+                                 planar(*data.truth_rover(0)).inverse();
+      for (int fixes = 0; fixes < 12 && localizer.trust() == Trust::kClaimed; ++fixes) {
+        std::vector<Vec2> seen = seen_about(random, rocks, truth_m, 16, 4);
+        for (Vec2& p : seen) p = T_site_truth * p;
+        see(seen);
+        take_fix();
+        assert_true(localizer.last_fix().status != FixStatus::kApplied);
+      }
+      assert_int_equal(localizer.trust() == Trust::kClaimed, honest);
+    }
+  }
+}
+
 /// The fix that refutes a claim finds the rover, with the boulders that refuted it.
 void test_what_refutes_a_claim_finds_the_rover(void**) {
   const int trials = kSanitized ? 1 : 4;
@@ -697,6 +727,7 @@ int main() {
       cmocka_unit_test(test_a_slip_is_seen_at_once),
       cmocka_unit_test(test_a_false_claim_is_refuted_on_dense_ground),
       cmocka_unit_test(test_what_is_refuted_may_be_anywhere),
+      cmocka_unit_test(test_what_agrees_beyond_a_claim_does_not_keep_it),
       cmocka_unit_test(test_what_refutes_a_claim_finds_the_rover),
   };
   return cmocka_run_group_tests_name("integration/fix_in_drive", tests, open_sample, nullptr);

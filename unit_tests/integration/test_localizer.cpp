@@ -317,7 +317,7 @@ void test_lost(void**) {
     assert_at_most((moved.t - (with_prior ? prior : step).t).norm(), 0.01);
     const Pose3 at_70 = localizer.T_map_cam();
     frame(localizer, pair_of(71));
-    assert_status(localizer.pose_source(), PoseSource::kVo);
+    assert_status(localizer.vo().status(), VoStatus::kMotion);  // boulders may tell that the prior was none
     const Pose3 true_step = data.truth_cam(70)->inverse() * *data.truth_cam(71);
     assert_at_most((at_70.inverse() * localizer.T_map_cam()).t.norm() - true_step.t.norm(), 0.01);
   }
@@ -402,6 +402,22 @@ void test_missed_pairs(void**) {
   frame(localizer, pair_of(71));
   assert_honest(71);
   assert_status(trust(), Trust::kUnconfirmed);
+}
+
+/// A slide in one step, farther than VO follows and than it holds possible: whatever it makes of the pair,
+/// the error is within what sigma says. After that VO goes on.
+void test_a_slide_of_metres(void**) {
+  for (const std::size_t far : {12U, 20U, 28U, 36U, 44U}) {
+    begin();
+    run(0, 4);
+    frame(localizer, pair_of(3 + far));
+    assert_honest(3 + far);
+    frame(localizer, pair_of(4 + far));
+    assert_status(localizer.pose_source(), PoseSource::kVo);
+    assert_honest(4 + far);
+    print_message("%zu pairs on: %.2f m off at sigma %.2f\n", far, error_m(4 + far),
+                  localizer.fusion().sigma_xy_m());
+  }
 }
 
 /// A camera that delivers its last pair again, while the rover drives on.
@@ -1045,6 +1061,7 @@ int main() {
       cmocka_unit_test(test_lost),
       cmocka_unit_test(test_dark_frames),
       cmocka_unit_test(test_missed_pairs),
+      cmocka_unit_test(test_a_slide_of_metres),
       cmocka_unit_test(test_frozen_pair),
       cmocka_unit_test(test_late_right_image),
       cmocka_unit_test(test_own_hardware),

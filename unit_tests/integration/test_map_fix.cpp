@@ -330,6 +330,28 @@ void test_other_ground(void**) {
   }
 }
 
+/// What agrees with nothing in reach speaks against the prior, be it narrow, or so wide that it is looked for
+/// as when lost.
+void test_nothing_that_agrees_speaks_against_the_prior(void**) {
+  for (const auto& [sigma_m, sigma_rad] : {std::pair{0.1, 0.03}, std::pair{0.5, 0.03}}) {
+    int nothing = 0;
+    for (std::uint64_t seed = 61; seed < 81; ++seed) {
+      World world;
+      world.per_m2 = 0.05;
+      world.truths = 0;
+      world.others = 12;
+      lay(seed, world);
+      const MapFixStatus status = tracked(about_rover(kTruth.yaw_rad), covariance(sigma_m, sigma_rad));
+      assert_true(status != MapFixStatus::kAccepted);
+      if (status != MapFixStatus::kNoHypothesis) continue;
+      ++nothing;
+      assert_near(job.result().verdict.log_ratio, evidence_of_misses(local_map.size()), 1.5);
+      assert_at_most(job.result().verdict.log_ratio, -3.0);
+    }
+    assert_at_least(nothing, 5);
+  }
+}
+
 // ---- statuses and slices
 
 void test_statuses(void**) {
@@ -428,6 +450,7 @@ int main() {
       cmocka_unit_test(test_lost_within_a_region),
       cmocka_unit_test(test_ground_that_repeats_is_ambiguous),
       cmocka_unit_test(test_other_ground),
+      cmocka_unit_test(test_nothing_that_agrees_speaks_against_the_prior),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_slices_give_the_same),
       cmocka_unit_test(test_one_left_unfinished_leaves_nothing),

@@ -1,6 +1,8 @@
 // Boulders over time: which sighting goes on which track, what is forgotten, merged and shown.
 #include "localizer/boulder_tracks.hpp"
 
+#include <vector>
+
 #include "core/random.hpp"
 #include "support/cmocka.hpp"
 
@@ -436,10 +438,10 @@ void test_fresh_share(void**) {
 
 /// Boulders of a strip that the rover drives along; each seen in `share` of the frames, aside by `jump_m`.
 struct Strip {
-  Random random{7};
-  At boulders[500];
+  Random random;
+  std::vector<At> boulders;
   double uniform() { return random.next() / 4294967296.0; }
-  Strip() {
+  explicit Strip(std::uint32_t seed = 7, std::size_t count = 500) : random{seed}, boulders(count) {
     for (At& b : boulders) b = {60.0 * uniform(), 4.0 * uniform()};
   }
   void look(std::uint32_t frame, double share, const Vec2& jump_m) {
@@ -472,6 +474,31 @@ void test_a_jump_shows_at_its_frame(void**) {
       }
     }
   }
+}
+
+/// Where few boulders are in view, a jump shows within two frames more, and nothing else does: what is
+/// overlooked in single frames is there again.
+void test_a_jump_shows_among_few(void**) {
+  int told = 0;
+  int late = 0;
+  for (std::uint32_t seed = 1; seed <= 200; ++seed) {
+    Strip strip(seed, 110);
+    tracks.init(show_all());
+    int first = 0;
+    for (int frame = 1; frame <= 400; ++frame) {
+      const bool jumped = frame >= 300;
+      strip.look(static_cast<std::uint32_t>(frame), 0.95, jumped ? Vec2(0.7, 0.7) : Vec2(0.0, 0.0));
+      if (!tracks.jumped()) continue;
+      assert_true(jumped && first == 0);  // once, and not before
+      first = frame;
+      tracks.forget_before(static_cast<std::uint32_t>(frame));
+    }
+    assert_true(first <= 302);
+    told += first > 0;
+    late += first > 300;
+  }
+  assert_at_least(told, 170);
+  assert_at_least(late, 20);
 }
 
 /// Nothing is said where nothing was in view the frame before, or nothing is known of the share.
@@ -520,6 +547,7 @@ int main() {
       cmocka_unit_test(test_full),
       cmocka_unit_test(test_fresh_share),
       cmocka_unit_test(test_a_jump_shows_at_its_frame),
+      cmocka_unit_test(test_a_jump_shows_among_few),
       cmocka_unit_test(test_no_jump_without_a_frame_before),
   };
   return cmocka_run_group_tests_name("localizer/boulder_tracks", tests, nullptr, nullptr);
