@@ -21,10 +21,20 @@ StereoRig mission_rig() {
   return rig;
 }
 
+namespace {
+
+/// As it was made. On a frame of its own, which is given back before anything deeper is called.
+template <typename T>
+[[gnu::noinline]] void clear(T& out) {
+  out = T();
+}
+
+}  // namespace
+
 LocalizerStatus FlightApp::init(const LocalizerParams& params, const StereoRig& rig, const RawPairs* raw) {
   executive_.init();
-  validation_ = MapValidation();
-  transfer_ = MapTransfer();
+  clear(validation_);
+  clear(transfer_);
   map_status_ = MapStatus::kIdle;
   order_ = CommandOrder();
   validating_ = any_pair_ = false;
