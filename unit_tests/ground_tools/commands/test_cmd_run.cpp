@@ -266,7 +266,7 @@ void test_maps(void**) {
   save("header.cmap", bad);
   check_refused(rest + map_at("header.cmap"), "header.cmap", "build it again");
   bad = map;
-  bad[cmap::kVersionAt] = cmap::kVersion + 1;
+  bad[cmap::kVersionAt] = cmap::kHeightsVersion + 1;
   const std::size_t crc_at = be::get_u16(bad.data() + cmap::kHeadBytesAt) - cmap::kCrcBytes;
   be::put_u32(bad.data() + crc_at, crc32(bad.data(), crc_at));
   save("version.cmap", bad);
