@@ -1,7 +1,7 @@
 /// How uncertain height and tilt (pitch and roll) are, and what a measured direction of gravity says of them.
 ///
 /// VO's tilt drifts, and a tilt makes the way climb that does not: height is off by the tilt times the way.
-/// Maps have no heights, so fixes correct neither; a rover that stands measures gravity. An extended Kalman
+/// A rover that stands measures gravity, and a map that carries heights tells both. An extended Kalman
 /// filter on the errors e = (z, a_x, a_y, b_roll, b_pitch): height; a small turn a about the axes of `map`,
 /// so that R_true = exp(a) R_map_rover; and the turn per metre that VO lacks about the rover's forward and
 /// left axes. x, y and yaw are those of pose_fusion.hpp; what would couple the two filters, a slope times a
