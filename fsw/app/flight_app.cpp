@@ -409,6 +409,7 @@ void FlightApp::report_health() {
   r.turn_z_rad = static_cast<float>(angles[1]);
   r.baseline_y_rad = static_cast<float>(angles[2]);
   r.baseline_z_rad = static_cast<float>(angles[3]);
+  r.heights = health.heights;
   send(r);
 }
 

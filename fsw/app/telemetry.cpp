@@ -121,6 +121,7 @@ void walk(Walker& w, Report& r, const HealthReport*) {
   w.field(r.turn_z_rad);
   w.field(r.baseline_y_rad);
   w.field(r.baseline_z_rad);
+  w.field(r.heights);
 }
 
 template <typename Walker, typename Report>

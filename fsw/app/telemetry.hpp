@@ -161,6 +161,7 @@ struct HealthReport {
   float turn_z_rad = 0.0F;      ///< and about z
   float baseline_y_rad = 0.0F;  ///< direction of the baseline in the left camera, (1, y, z)
   float baseline_z_rad = 0.0F;  ///< the same
+  std::array<std::uint32_t, kAttitudeStatusCount> heights{};  ///< the map's, by `AttitudeStatus`
 };
 
 /// How the upload of a map stands: when one is begun, complete, verified or in use, and on command.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 
 #include "replay/status_names.hpp"
 
@@ -181,6 +182,7 @@ ordered_json summary_json(const RunTitle& title, const Replay& replay, const Run
   s["counts"]["fixes"] = counts_json(replay.health.fixes, fix_status_name);
   s["counts"]["gravity"] = counts_json(replay.health.gravity, attitude_status_name);
   s["counts"]["headings"] = counts_json(replay.health.headings, attitude_status_name);
+  s["counts"]["heights"] = counts_json(replay.health.heights, attitude_status_name);
   s["counts"]["overruns"] = counts_json(replay.executive.overruns, task_name);
   s["counts"]["unreadable_images"] = replay.unreadable_images;
   s["counts"]["halved"] = replay.health.halved;
@@ -230,6 +232,9 @@ void print_table(const Replay& replay, const RunErrors& errors) {
         "attitudes: gravity taken {} times, inconsistent {}; headings taken {} times, inconsistent {}\n",
         count(h.gravity, AttitudeStatus::kFused), count(h.gravity, AttitudeStatus::kInconsistent),
         count(h.headings, AttitudeStatus::kFused), count(h.headings, AttitudeStatus::kInconsistent));
+  if (std::accumulate(h.heights.begin(), h.heights.end(), 0U) > 0)
+    fmt::print("heights of the map: taken {} times, inconsistent {}\n",
+               count(h.heights, AttitudeStatus::kFused), count(h.heights, AttitudeStatus::kInconsistent));
   if (!vo || !corrected) {
     fmt::print("no truth in the data set: no errors are computed\n");
     return;

@@ -179,6 +179,7 @@ HealthReport health_report() {
   r.turn_z_rad = -1.0F;
   r.baseline_y_rad = 3.0F;
   r.baseline_z_rad = -4.0F;
+  for (std::uint32_t& v : r.heights) v = next++;
   return r;
 }
 
@@ -191,6 +192,7 @@ PacketBytes health_bytes() {
   for (const std::uint32_t v :
        {0x3F000000U, 0xBE800000U, 0xC0000000U, 0x3FC00000U, 0xBF800000U, 0x40400000U, 0xC0800000U})
     b.u32(v);
+  for (std::uint32_t i = 85; i <= 92; ++i) b.u32(0xA0000000U + i);
   b.finish();
   return b;
 }
@@ -250,7 +252,7 @@ void test_every_byte_is_as_the_icd_says(void**) {
   check_round_trip(fix_report(), fix_bytes(), 2, 104);
   check_round_trip(kBoulder, boulder_bytes(), 3, 50);
   check_round_trip(kAck, ack_bytes(), 4, 23);
-  check_round_trip(health_report(), health_bytes(), 5, 385);
+  check_round_trip(health_report(), health_bytes(), 5, 417);
   check_round_trip(upload_report(), upload_bytes(), 6, 319);
 }
 
@@ -325,7 +327,7 @@ void test_other_versions_and_types(void**) {
   assert_status(status_of<FrameReport>(fix_bytes(), 104), PacketStatus::kOtherType);
   assert_status(status_of<FixReport>(boulder_bytes(), 50), PacketStatus::kOtherType);
   assert_status(status_of<BoulderReport>(ack_bytes(), 23), PacketStatus::kOtherType);
-  assert_status(status_of<AckReport>(health_bytes(), 385), PacketStatus::kOtherType);
+  assert_status(status_of<AckReport>(health_bytes(), 417), PacketStatus::kOtherType);
   assert_status(status_of<HealthReport>(upload_bytes(), 319), PacketStatus::kOtherType);
   assert_status(status_of<UploadReport>(frame_bytes(), 206), PacketStatus::kOtherType);
   for (const int type : {0, 7, 255}) {
