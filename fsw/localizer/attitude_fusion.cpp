@@ -143,7 +143,7 @@ TiltResult AttitudeFusion::gravity(const Quat& R_map_rover, const Vec3& up_rover
   return out;
 }
 
-TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, double common_m) {
+TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, const Vec3& least) {
   TiltResult out;
   Covariance P = P_;
   if (!on_map_) P(0, 0) += square(params_.sigma_start_z_m);
@@ -169,11 +169,10 @@ TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, do
     for (int i = 0; i < 5; ++i) P_(i, j) -= gain(i, weight);
   }
   P_ = symmetric<5>(P_);
-  const double least_m2 = square(common_m);
-  const double least_rad2 = square(params_.least_ground_tilt_rad);
   for (int i = 0; i < 3; ++i) {
-    const double least = i == 0 ? least_m2 : least_rad2;
-    if (P_(i, i) < least) P_(i, i) = least;
+    const double own = i == 0 ? 0.0 : square(params_.least_ground_tilt_rad);
+    const double floor = own + square(least[i]);
+    if (P_(i, i) < floor) P_(i, i) = floor;
   }
   on_map_ = true;
   return out;

@@ -112,8 +112,8 @@ class AttitudeFusion {
   TiltResult gravity(const Quat& R_map_rover, const Vec3& up_rover, double sigma_rad);
 
   /// The ground in view stands by `offset` (z, a) off where it is on the map. Nothing may be hidden. Takes in
-  /// what it returns. `common_m`: of the map's heights.
-  TiltResult ground(const Vec3& offset, const Mat3& covariance, double common_m);
+  /// what it returns. No sigma falls below `least`, what the map's heights are off.
+  TiltResult ground(const Vec3& offset, const Mat3& covariance, const Vec3& least);
   /// The rover is elsewhere than it was thought to be: its height there is not known.
   void leave_ground() { on_map_ = false; }
 

@@ -202,8 +202,11 @@ void GroundHeightJob::round() {
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) result_.covariance(r, c) = scatter * inverse(r, c) + lean[r] * lean[c];
   }
-  result_.covariance(0, 0) += square(static_cast<double>(map_.heights().common_m)) +
-                              (square(plane.a) + square(plane.b)) * square(sigma_xy_m_);
+  const auto common_m = static_cast<double>(map_.heights().common_m);
+  const double lean_rad = common_m / params_.common_reach_m;
+  result_.least = Vec3(common_m, lean_rad, lean_rad);
+  for (int r = 0; r < 3; ++r) result_.covariance(r, r) += square(result_.least[r]);
+  result_.covariance(0, 0) += (square(plane.a) + square(plane.b)) * square(sigma_xy_m_);
   status_ = GroundHeightStatus::kFitted;
 }
 

@@ -10,7 +10,8 @@
 ///   roughness    the ground off the map's surface: alike within a square of posts, counted once in it
 ///   disparities  all off by one bias: a lean along the view. Exact, as a vector of covariance 1
 ///   place        x, y off by sigma on sloping ground
-///   common       what the map's heights are off near each other
+///   common       what the map's heights are off near each other: all by the same, and leaning by as much
+///                over `common_reach_m`, since an elevation model's errors are no wider
 /// and where points scatter by more than expected, their share grows by as much.
 ///
 /// A tile whose CRC does not hold, whose heights contradict themselves or are missing has no points.
@@ -29,6 +30,7 @@ namespace cairn {
 struct GroundHeightParams {
   double probe_sigma_px = 0.25;  ///< as BoulderParams'
   double bias_px = 0.1;          ///< sigma of what all disparities of a frame are off by
+  double common_reach_m = 10.0;  ///< how far errors of the map's heights are alike
   int min_points = 40;
 };
 
@@ -43,6 +45,7 @@ enum class CAIRN_NODISCARD GroundHeightStatus : std::uint8_t {
 struct GroundOffset {
   Vec3 offset = Vec3(0.0, 0.0, 0.0);
   Mat3 covariance = Mat3::Identity();
+  Vec3 least = Vec3(0.0, 0.0, 0.0);  ///< sigmas that no number of measurements lowers: the map's own errors
   int points = 0;
 };
 

@@ -396,8 +396,7 @@ void Localizer::take_heights() {
   if (ground_.status() != GroundHeightStatus::kFitted || may_take() != AttitudeStatus::kNone) return;
   heights_due_ = false;
   const GroundOffset& seen = ground_.result();
-  const TiltResult r =
-      tilt_.ground(seen.offset, seen.covariance, static_cast<double>(map_.heights().common_m));
+  const TiltResult r = tilt_.ground(seen.offset, seen.covariance, seen.least);
   if (r.status == AttitudeStatus::kFused) correct_tilt(r);
   ++health_.heights[static_cast<std::size_t>(r.status)];
 }
