@@ -7,6 +7,8 @@
 namespace cairn {
 namespace {
 
+constexpr double kForgiven = 0.9;  // of a contradiction's variance, by each ground that agrees
+
 constexpr double kTurnedAnyhow = 1.8;  // sigma of a tilt about which nothing is known
 
 double square(double v) { return v * v; }
@@ -53,6 +55,7 @@ void AttitudeFusion::init(const TiltParams& params) {
   turn_ = Vec2(0.0, 0.0);
   hidden_m_ = hidden_rad_ = 0.0;
   on_map_ = false;
+  map_share_ = map_variance_ = contradicted_ = Vec3(0.0, 0.0, 0.0);
 }
 
 Pose3 AttitudeFusion::calibrated(const Pose3& step) const {
@@ -150,6 +153,7 @@ TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, co
   Mat3 S;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) S(i, j) = P(i, j) + covariance(i, j);
+    S(i, i) += contradicted_[i];
   }
   const Eigen::LLT<Mat3> factors(S);
   if (factors.info() != Eigen::Success) return out;
@@ -157,6 +161,11 @@ TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, co
   const Vec3 pull = inverse * offset;
   out.chi2 = offset.dot(pull);
   out.status = AttitudeStatus::kInconsistent;
+  const int first = on_map_ ? 0 : 1;  // which height is 0 only ground that was taken tells
+  for (int i = first; i < 3 && out.chi2 > params_.ground_surprise_chi2; ++i) {
+    const double seen = square(offset[i]);
+    if (contradicted_[i] < seen) contradicted_[i] = seen;
+  }
   if (!(out.chi2 <= params_.ground_gate_chi2)) return out;
   out.status = AttitudeStatus::kFused;
   const auto gain = [&](int i, const Vec3& w) { return P(i, 0) * w[0] + P(i, 1) * w[1] + P(i, 2) * w[2]; };
@@ -170,18 +179,26 @@ TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, co
   }
   P_ = symmetric<5>(P_);
   for (int i = 0; i < 3; ++i) {
-    const double own = i == 0 ? 0.0 : square(params_.least_ground_tilt_rad);
-    const double floor = own + square(least[i]);
-    if (P_(i, i) < floor) P_(i, i) = floor;
+    map_share_[i] += gain(i, Vec3(inverse(0, i), inverse(1, i), inverse(2, i))) * (1.0 - map_share_[i]);
+    map_variance_[i] = square(least[i]);
+    contradicted_[i] *= kForgiven;
   }
   on_map_ = true;
   return out;
 }
 
-double AttitudeFusion::sigma_z_m() const { return std::sqrt(std::fabs(P_(0, 0)) + square(hidden_m_)); }
+/// What the map's own errors have made of z (0) and a (1, 2).
+double AttitudeFusion::variance_of_map(int i) const {
+  return square(map_share_[i]) * (map_variance_[i] + contradicted_[i]);
+}
+
+double AttitudeFusion::sigma_z_m() const {
+  return std::sqrt(std::fabs(P_(0, 0)) + variance_of_map(0) + square(hidden_m_));
+}
 
 double AttitudeFusion::sigma_tilt_rad() const {
-  return std::sqrt(0.5 * (P_(1, 1) + P_(2, 2)) + square(hidden_rad_));
+  const double of_map = variance_of_map(1) + variance_of_map(2);
+  return std::sqrt(0.5 * (P_(1, 1) + P_(2, 2) + of_map) + square(hidden_rad_));
 }
 
 }  // namespace cairn

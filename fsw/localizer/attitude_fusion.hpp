@@ -16,8 +16,11 @@
 ///   gate       d = r' S^-1 r with two degrees of freedom. Beyond gate_chi2 nothing changes
 ///   ground     z and a against the map's ground (ground_height.hpp), r with covariance R: r = (z, a) + n,
 ///              gated likewise with three.
-///              No variance falls below what the map's heights, and the disparities of all frames, are off
-///              in common, however many measurements there are
+///              What the map's heights are off is the same for many measurements and averages out in none:
+///              g, the share that the map has in z and a, grows by each gain; sigmas have g times it on top.
+///              Ground that surprises says that the map contradicts itself, or that the pose is lost: from
+///              then on the map is believed no better than by as much as it was off, a little less with each
+///              ground that is taken
 ///
 /// The height's error is that since the start: of the start's own height nothing is known here, until the
 /// first ground is measured. From then on it is that in `map`; before it the start's own sigma is added.
@@ -49,10 +52,10 @@ struct TiltParams {
   double vo_sigma_factor = 1.6;                                       ///< f: as FusionParams'
   double noise_tilt_rad = cfg::kMission.drift_noise_yaw_rad;          ///< of one metre
   double noise_z_m = cfg::kMission.drift_noise_xy_m;                  ///< of one metre
-  double sigma_start_z_m = 1.0;          ///< of the start's height in `map`, where the map tells heights
-  double ground_gate_chi2 = 28.5;        ///< three degrees of freedom: 3e-6 of the good are refused
-  double least_ground_tilt_rad = 0.001;  ///< what disparities make of a tilt in common, all frames alike
-  double gate_chi2 = 24.9;               ///< two degrees of freedom: 4e-6 of the good are refused
+  double sigma_start_z_m = 1.0;        ///< of the start's height in `map`, where the map tells heights
+  double ground_gate_chi2 = 28.5;      ///< three degrees of freedom: 3e-6 of the good are refused
+  double ground_surprise_chi2 = 11.3;  ///< likewise, one in a hundred
+  double gate_chi2 = 24.9;             ///< two degrees of freedom: 4e-6 of the good are refused
   double unseen_step_m = cfg::kMission.unseen_step_m;  ///< sigma of what a frame without VO and prior hides
   double unseen_step_rad = cfg::kMission.unseen_step_rad;
   double prior_share = cfg::kMission.prior_share;  ///< of a motion prior's length and turn
@@ -112,9 +115,9 @@ class AttitudeFusion {
   TiltResult gravity(const Quat& R_map_rover, const Vec3& up_rover, double sigma_rad);
 
   /// The ground in view stands by `offset` (z, a) off where it is on the map. Nothing may be hidden. Takes in
-  /// what it returns. No sigma falls below `least`, what the map's heights are off.
+  /// what it returns. `least`: sigmas that are in `covariance` and in all other such measurements alike.
   TiltResult ground(const Vec3& offset, const Mat3& covariance, const Vec3& least);
-  /// The rover is elsewhere than it was thought to be: its height there is not known.
+  /// The rover is elsewhere than it was thought to be, or the map another: its height there is not known.
   void leave_ground() { on_map_ = false; }
 
   double sigma_z_m() const;       ///< since the start; with what is hidden
@@ -123,6 +126,8 @@ class AttitudeFusion {
   double pitch_rad_per_m() const { return turn_[1]; }
 
  private:
+  double variance_of_map(int i) const;
+
   using Covariance = Eigen::Matrix<double, 5, 5>;
 
   TiltParams params_;
@@ -130,7 +135,10 @@ class AttitudeFusion {
   Vec2 turn_ = Vec2(0.0, 0.0);  ///< b
   double hidden_m_ = 0.0;       ///< since VO's reference
   double hidden_rad_ = 0.0;
-  bool on_map_ = false;  ///< a height is that of the map
+  bool on_map_ = false;                      ///< the height is that of the map
+  Vec3 map_share_ = Vec3(0.0, 0.0, 0.0);     ///< g, of z and a
+  Vec3 map_variance_ = Vec3(0.0, 0.0, 0.0);  ///< what the map says to be off (m2, rad2)
+  Vec3 contradicted_ = Vec3(0.0, 0.0, 0.0);  ///< and what it was seen to be off
 };
 
 }  // namespace cairn

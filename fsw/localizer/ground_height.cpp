@@ -203,7 +203,8 @@ void GroundHeightJob::round() {
     for (int c = 0; c < 3; ++c) result_.covariance(r, c) = scatter * inverse(r, c) + lean[r] * lean[c];
   }
   const auto common_m = static_cast<double>(map_.heights().common_m);
-  const double lean_rad = common_m / params_.common_reach_m;
+  const double lean_rad =
+      std::sqrt(square(common_m / params_.common_reach_m) + square(params_.common_tilt_rad));
   result_.least = Vec3(common_m, lean_rad, lean_rad);
   for (int r = 0; r < 3; ++r) result_.covariance(r, r) += square(result_.least[r]);
   result_.covariance(0, 0) += (square(plane.a) + square(plane.b)) * square(sigma_xy_m_);

@@ -28,9 +28,10 @@
 namespace cairn {
 
 struct GroundHeightParams {
-  double probe_sigma_px = 0.25;  ///< as BoulderParams'
-  double bias_px = 0.1;          ///< sigma of what all disparities of a frame are off by
-  double common_reach_m = 10.0;  ///< how far errors of the map's heights are alike
+  double probe_sigma_px = 0.25;    ///< as BoulderParams'
+  double bias_px = 0.1;            ///< sigma of what all disparities of a frame are off by
+  double common_reach_m = 10.0;    ///< how far errors of the map's heights are alike
+  double common_tilt_rad = 0.001;  ///< what disparities make of a tilt in common, all frames alike
   int min_points = 40;
 };
 
@@ -45,7 +46,7 @@ enum class CAIRN_NODISCARD GroundHeightStatus : std::uint8_t {
 struct GroundOffset {
   Vec3 offset = Vec3(0.0, 0.0, 0.0);
   Mat3 covariance = Mat3::Identity();
-  Vec3 least = Vec3(0.0, 0.0, 0.0);  ///< sigmas that no number of measurements lowers: the map's own errors
+  Vec3 least = Vec3(0.0, 0.0, 0.0);  ///< sigmas, of it, that all measurements share: they average out in none
   int points = 0;
 };
 

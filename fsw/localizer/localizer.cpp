@@ -536,6 +536,7 @@ void Localizer::set_map(const OrbitalMap& map) {
   if (fix_.status == FixStatus::kRunning) finish_fix(FixStatus::kLate);
   carried_.reset();
   heights_due_ = false;
+  tilt_.leave_ground();
   map_ = map;
   expect_of_map();
 }
