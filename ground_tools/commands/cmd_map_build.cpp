@@ -45,7 +45,7 @@ struct BuildOptions {
   fs::path quicklook;
   fs::path quality;
   fs::path dem;
-  double height_step_m = 0.5;   ///< from post to post
+  double height_step_m = 0.0;   ///< from post to post; 0 = from the elevation model's pixel
   double height_sigma_m = 0.0;  ///< 0 = from the elevation model's pixel
   HeightGrid heights_like;      ///< of the map that --like names
   fs::path state;
@@ -102,14 +102,19 @@ std::string write_craters_alone(const BuildOptions& options, const Prepared& mad
 /// Square of samples about a post, where the model's pixels are finer than the posts.
 constexpr std::uint32_t kMostFine = 4;
 constexpr std::size_t kMostSamples = 30'000'000;
+/// From post to post, where nothing is asked: no less than a rover needs, and than a stereo model resolves.
+constexpr double kHeightStep_m = 0.5;
+constexpr double kHeightStepPx = 2.0;
 /// Of a pixel of a stereo elevation model: what its heights are off in common, near each other.
 constexpr double kDemSigmaPx = 0.25;
 
 /// Cells from post to post.
-std::uint32_t height_spacing(const BuildOptions& options, double quantum_m) {
+std::uint32_t height_spacing(const BuildOptions& options, double quantum_m, double pixel_m) {
   const CmapLayout* like = options.coding.like;
   if (options.heights_like.present()) return options.heights_like.spacing;
-  const double wanted = std::round(options.height_step_m / quantum_m);
+  const double step_m =
+      options.height_step_m > 0.0 ? options.height_step_m : std::max(kHeightStep_m, kHeightStepPx * pixel_m);
+  const double wanted = std::round(step_m / quantum_m);
   const auto cells = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, 1.0 * cmap::kMaxTileSide));
   if (like == nullptr) return cells;
   std::uint32_t best = like->tile_side;
@@ -125,16 +130,16 @@ std::uint32_t height_spacing(const BuildOptions& options, double quantum_m) {
 HeightGrid heights_of(const BuildOptions& options, const Prepared& made, double quantum_m) {
   const CmapLayout cells =
       options.coding.like != nullptr ? *options.coding.like : cells_of(made.extent, quantum_m);
-  const std::uint32_t spacing = height_spacing(options, quantum_m);
+  const double pixel_m =
+      heights_at(options.dem, {{made.extent.min_x_m, made.extent.min_y_m}}, made.source.reference_system)
+          .pixel_m;
+  const std::uint32_t spacing = height_spacing(options, quantum_m, pixel_m);
   HeightSamples samples;
   const std::size_t columns = posts_along(cells.extent_x, spacing);
   const std::size_t rows = posts_along(cells.extent_y, spacing);
   if (columns * rows > kMostSamples)
     throw ToolError("--height-step: {} m gives {} heights, more than {}; choose a larger one",
                     spacing * quantum_m, columns * rows, kMostSamples);
-  const double pixel_m =
-      heights_at(options.dem, {{made.extent.min_x_m, made.extent.min_y_m}}, made.source.reference_system)
-          .pixel_m;
   while (samples.fine < kMostFine && samples.fine * pixel_m < spacing * quantum_m &&
          (samples.fine + 1) * (samples.fine + 1) * columns * rows <= kMostSamples)
     ++samples.fine;
@@ -191,9 +196,10 @@ void write_products(const BuildOptions& options, Prepared& made, OutputFile& map
   fmt::print("{}: ground height known for {} of them\n", options.dem.string(), heights);
   fmt::print(
       "heights each {:g} m in steps of {:g} mm, {} of {} known; the ground is {:.1f} mm off them (1 sigma), "
-      "and {:.3g} m in common\n",
+      "and the elevation model taken to be good to {:.3g} m ({})\n",
       grid.spacing * quantum_m, 0.001 * grid.quantum_um, grid.known(), grid.posts.size(),
-      1000.0 * grid.sigma_m, grid.common_m);
+      1000.0 * grid.sigma_m, grid.common_m,
+      options.height_sigma_m > 0.0 ? "as told" : "by its pixel; tell what is true by --height-sigma");
 }
 
 BuildSettings settings_of(const BuildOptions& options) {
@@ -595,14 +601,18 @@ void add_map_build(CLI::App& map) {
   build_app->add_option(
       "--dem", o.dem,
       "elevation model that GDAL opens: the map carries its heights, the tables those under each boulder");
-  build_app->add_option("--height-step", o.height_step_m, "distance of the map's heights, m")
+  build_app
+      ->add_option(
+          "--height-step", o.height_step_m,
+          "distance of the map's heights, m (default: 0.5, and no less than two of the model's pixels)")
       ->check(CLI::Range(0.01, 100.0))
-      ->capture_default_str();
+      ->needs("--dem");
   build_app
       ->add_option("--height-sigma", o.height_sigma_m,
                    "what heights near each other are off in common, m (default: a quarter of the elevation "
                    "model's pixel)")
-      ->check(CLI::Range(0.001, 1000.0));
+      ->check(CLI::Range(0.001, 1000.0))
+      ->needs("--dem");
   build_app->add_option(
       "--from-csv", o.from_csv,
       "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");

@@ -383,7 +383,7 @@ void test_products_of_build(void**) {
   assert_int_equal(boulders.size(), 64);
   for (const TableBoulder& b : boulders) assert_near(b.ground_z_m, -2500.0, 0.0);
   content = decode_cmap(read_file(scratch.path("p/m.cmap")), "m.cmap");  // which carries them, too
-  assert_near(content.heights.spacing * content.quantum_m, 0.5, 1e-9);
+  assert_near(content.heights.spacing * content.quantum_m, 2.0, 1e-9);   // two pixels of the model
   for (const cmap::Post& post : content.heights.posts) {
     if (post.known())
       assert_near(content.heights.base_m + post.value() * content.heights.quantum_m(), -2500.0, 1e-9);
@@ -391,6 +391,9 @@ void test_products_of_build(void**) {
   assert_at_least(content.heights.known(), content.heights.posts.size() / 2);
 
   // What cannot be, is told before the work, and nothing is left.
+  check_refusal(scratch,
+                "map build" + quoted("ortho.tif") + " -o" + quoted("q/m.cmap") + " --height-sigma 0.1",
+                "--height-sigma", "--dem");
   flat_dem(9000.0);
   const std::string elsewhere = " -o" + quoted("q/m.cmap") + " --dem" + quoted("dem.tif");
   check_refusal(scratch, "map build" + quoted("ortho.tif") + elsewhere, "dem.tif", "of this site");

@@ -208,6 +208,13 @@ const TableBoulder* rock_at(const ShadowCandidate& c, const Image& image) {
   return largest;
 }
 
+/// How far the outline's middle lies towards the sun from the rock.
+double towards_sun_px(const ShadowCandidate& c, const TableBoulder& rock, const Image& image) {
+  // Metres of the map to pixels: north is up, so v falls as y grows.
+  const Vec2 off = (image.geo.to_map(c.u_px, c.v_px) - rock.p_map_m) / image.view.pixel_m;
+  return Vec2(off.x(), -off.y()).dot(image.view.towards_sun_px);
+}
+
 /// The narrow fits at a rock, and how it lies against the outline.
 Bodies bodies(const std::vector<Image>& images, const ShadowModel& model) {
   constexpr double kMostLogSize = 1.0;  // what is further from a fit's size is not what was fitted
@@ -220,9 +227,7 @@ Bodies bodies(const std::vector<Image>& images, const ShadowModel& model) {
       const double pixel_m = image.view.pixel_m;
       const double log_size = std::log(rock->diameter_m / (outline_px(c) * pixel_m));
       if (std::fabs(log_size) > kMostLogSize) continue;
-      // Metres of the map to pixels: north is up, so v falls as y grows.
-      const Vec2 off = (image.geo.to_map(c.u_px, c.v_px) - rock->p_map_m) / pixel_m;
-      const double towards_px = Vec2(off.x(), -off.y()).dot(image.view.towards_sun_px);
+      const double towards_px = towards_sun_px(c, *rock, image);
       set.push_back({scaled(c.features, model), {2.0 * towards_px / outline_px(c), log_size}});
     }
   }
@@ -376,8 +381,7 @@ void judge_bodies(const std::string& what, const std::vector<Image>& images) {
       const TableBoulder* rock = rock_at(c, image);
       if (rock == nullptr || !in_range(c, image) || c.confidence < 0.5 || outline_px(c) > kMostOutline_px)
         continue;
-      const Vec2 off = (image.geo.to_map(c.u_px, c.v_px) - rock->p_map_m) / pixel_m;
-      const double towards_px = Vec2(off.x(), -off.y()).dot(image.view.towards_sun_px);
+      const double towards_px = towards_sun_px(c, *rock, image);
       const Vec3 e(towards_px, towards_px - c.towards_sun_px,
                    std::log(c.diameter_px * pixel_m / rock->diameter_m));
       n += 1.0;
