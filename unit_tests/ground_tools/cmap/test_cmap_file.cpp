@@ -148,8 +148,32 @@ void test_positions_only(void**) {
   assert_at_most(8.0 * static_cast<double>(bytes.size()), 1.06 * limit);
 }
 
-/// The worked example of doc/ICD.md.
-void test_the_example_of_the_document(void**) {
+/// Block `n` of hexadecimal digits in doc/ICD.md.
+std::string said_by_the_document(int n) {
+  std::ifstream file(std::string(CAIRN_SOURCE_DIR) + "/doc/ICD.md");
+  std::string line;
+  std::string said;
+  bool inside = false;
+  while (std::getline(file, line)) {
+    if (line == "```hex")
+      inside = n-- == 0;
+    else if (line == "```")
+      inside = false;
+    else if (inside)
+      said += line;
+  }
+  said.erase(std::remove(said.begin(), said.end(), ' '), said.end());
+  return said;
+}
+
+std::string hex_of_bytes() {
+  std::string hex;
+  for (const std::uint8_t byte : bytes) hex += fmt::format("{:02x}", byte);
+  return hex;
+}
+
+/// The worked examples of doc/ICD.md, without heights and with them.
+void test_the_examples_of_the_document(void**) {
   boulders.clear();
   const double places[][2] = {{0.03, 0.0}, {0.09, 0.05}, {0.02, 0.05}};
   for (const auto& p : places) {
@@ -160,23 +184,23 @@ void test_the_example_of_the_document(void**) {
   }
   CmapSource source;
   source.parameters = "example";
-  bytes = encode_cmap(boulders, {100.0, 200.0, 100.09, 200.07}, 0.01, source);
-  std::string hex;
-  for (const std::uint8_t byte : bytes) hex += fmt::format("{:02x}", byte);
-  std::ifstream file(std::string(CAIRN_SOURCE_DIR) + "/doc/ICD.md");
-  std::string line;
-  std::string said;
-  bool inside = false;
-  while (std::getline(file, line)) {  // the block of hexadecimal digits behind its heading
-    if (line == "```hex")
-      inside = true;
-    else if (line == "```")
-      inside = false;
-    else if (inside)
-      said += line;
-  }
-  said.erase(std::remove(said.begin(), said.end(), ' '), said.end());
-  assert_string_equal(said.c_str(), hex.c_str());
+  const MapExtent extent{100.0, 200.0, 100.09, 200.07};
+  bytes = encode_cmap(boulders, extent, 0.01, source);
+  assert_string_equal(said_by_the_document(0).c_str(), hex_of_bytes().c_str());
+
+  const HeightGrid heights{
+      5,
+      10000,
+      2.0,
+      0.0078125,
+      0.0625,
+      3,
+      3,
+      {{0, true}, {1, true}, {3, true}, {1, true}, {1, false}, {4, true}, {1, true}, {1, true}, {3, true}}};
+  CmapOptions options;
+  options.heights = &heights;
+  bytes = encode_cmap(boulders, extent, 0.01, source, options);
+  assert_string_equal(said_by_the_document(1).c_str(), hex_of_bytes().c_str());
 }
 
 void test_like_a_base(void**) {
@@ -383,7 +407,7 @@ int main() {
       cmocka_unit_test(test_boulders_on_the_rim),
       cmocka_unit_test(test_boulders_of_one_cell_are_merged),
       cmocka_unit_test(test_positions_only),
-      cmocka_unit_test(test_the_example_of_the_document),
+      cmocka_unit_test(test_the_examples_of_the_document),
       cmocka_unit_test(test_like_a_base),
       cmocka_unit_test(test_tiles),
       cmocka_unit_test(test_clusters_are_cheaper),
