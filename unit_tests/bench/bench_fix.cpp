@@ -314,9 +314,12 @@ void print(const char* what, const std::vector<Outcome>& all) {
   const Tally t = tally(all);
   std::printf("%-44s %7.2f %7.2f  %6d  %d/%d", what, 100.0 * t.right / t.n, 100.0 * (t.n - t.accepted) / t.n,
               t.wrong, t.accepted - t.right - t.wrong, t.n);
-  std::printf("   none %d off %d poor %d ambig %d chance %d room %d   Mops %.2f max %.1f\n", t.status[2],
-              t.status[3], t.status[4], t.status[5], t.status[6], t.no_room, t.ops / t.n * 1e-6,
-              t.most_ops * 1e-6);
+  const auto declined = [&](VerdictStatus status) { return t.status[static_cast<int>(status)]; };
+  std::printf("   none %d off %d poor %d view %d ambig %d chance %d room %d   Mops %.2f max %.1f\n",
+              declined(VerdictStatus::kNoHypothesis), declined(VerdictStatus::kInconsistentWithPrior),
+              declined(VerdictStatus::kTooLittleEvidence), declined(VerdictStatus::kViewDisagrees),
+              declined(VerdictStatus::kAmbiguous), declined(VerdictStatus::kChanceAgreement), t.no_room,
+              t.ops / t.n * 1e-6, t.most_ops * 1e-6);
   std::fflush(stdout);
 }
 void head(const char* title) {
