@@ -4,16 +4,24 @@
 command=$1 folder=$2
 shift 2
 run() { timeout 900 ${command//IMAGE/$1} >"$1.log" 2>&1; }
-failed=
-for test in "$@"; do
-  if run "$test"; then
-    echo "${test#"$folder"/}"
-    grep -aE '^(skipped: |\[==========\] .* run\.|\[  (PASSED|SKIPPED) )' "$test.log"
+one() {
+  touch "$1.failed"
+  if run "$1"; then
+    rm "$1.failed"
+    told=$(grep -aE '^(skipped: |\[==========\] .* run\.|\[  (PASSED|SKIPPED) )' "$1.log")
   else
-    cat "$test.log"
-    failed+=" ${test#"$folder"/}"
+    told=$(cat "$1.log")
   fi
+  printf '%s\n%s\n' "${1#"$folder"/}" "$told"
+}
+# As many at a time as there are processors; what one says stays together.
+for test in "$@"; do
+  while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n; done
+  one "$test" &
 done
+wait
+failed=
+for test in "$@"; do [ ! -e "$test.failed" ] || failed+=" ${test#"$folder"/}"; done
 fails=$folder/failing/fails
 if ! run "$fails" && grep -qaE '2 test\(s\) run' "$fails.log"; then
   echo 'a test that fails: seen to fail'
