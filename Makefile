@@ -539,7 +539,9 @@ FUZZ_CXX     := clang++
 FUZZ_FLAGS   := -std=c++17 -O1 -g1 -ffp-contract=off -MMD -MP -Wall -Wextra -Werror -Ifsw -Imission_cfg \
                 -I. $(EIGEN) -Iunit_tests -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
 FUZZ_SRC     := $(sort $(wildcard fsw/orbital_map/*.cpp fsw/core/*.cpp)) \
-                $(addprefix fsw/app/,packet.cpp telecommand.cpp telemetry.cpp) platform/host/assert_handler.cpp
+                $(addprefix fsw/app/,packet.cpp telecommand.cpp telemetry.cpp) \
+                $(addprefix fsw/localizer/,ground_height.cpp attitude_fusion.cpp) \
+                $(sort $(wildcard fsw/geometry/*.cpp)) platform/host/assert_handler.cpp
 FUZZERS      := $(patsubst unit_tests/fuzz/%.cpp,build/fuzz/%,$(sort $(wildcard unit_tests/fuzz/fuzz_*.cpp)))
 OF_GROUND    := $(addprefix build/fuzz/,fuzz_labels fuzz_tables)
 READERS      := $(filter-out %/fuzz_app $(OF_GROUND),$(FUZZERS))

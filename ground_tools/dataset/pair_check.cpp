@@ -184,10 +184,19 @@ double mean_grey(const Image& image) {
   return sum / static_cast<double>(std::max<std::size_t>(1, image.pixels.size()));
 }
 
-std::optional<RowFit> fit_of(const Image& left, const Image& right) {
+/// Matches of images halved so many times, in pixels of the whole ones.
+std::vector<PatchMatch> match_halved(ImageU8 left, ImageU8 right, int times) {
+  if (times == 0) return match_patches(left, right);
+  const Image a = halved(left), b = halved(right);
+  std::vector<PatchMatch> out = match_halved(a.view(), b.view(), times - 1);
+  for (PatchMatch& m : out) m = {2.0 * m.left_px, 2.0 * m.disparity_px, 2.0 * m.lower_px};
+  return out;
+}
+
+std::optional<RowFit> fit_of(const Image& left, const Image& right, int halvings) {
   if (left.pixels.empty() || right.pixels.empty() || left.width != right.width || left.height != right.height)
     return std::nullopt;
-  return fit_rows(match_patches(left.view(), right.view()), left.width, left.height);
+  return fit_rows(match_halved(left.view(), right.view(), halvings), left.width, left.height);
 }
 
 double median_of(const std::vector<RowFit>& fits, double RowFit::*what) {
@@ -204,14 +213,15 @@ double departure(const RowFit& fit) {
 /// -1 or 1 where the right images belong to the frame before or after, for most of these frames; else 0. On
 /// flat ground rows of two frames differ smoothly, and so as lenses and turns make them differ: what counts
 /// is that they do not differ with the neighbour's.
-int late_by(const Drive& drive, const std::vector<std::size_t>& frames, std::size_t first, std::size_t end) {
+int late_by(const Drive& drive, const std::vector<std::size_t>& frames, std::size_t first, std::size_t end,
+            int halvings) {
   int votes[2] = {0, 0}, asked = 0;
   for (const std::size_t i : frames) {
     if (i == first || i + 1 >= end) continue;
     const PairImages pair = drive.images(i);
-    const auto own = fit_of(pair.left, pair.right);
-    const auto before = fit_of(pair.left, drive.images(i - 1).right);
-    const auto after = fit_of(pair.left, drive.images(i + 1).right);
+    const auto own = fit_of(pair.left, pair.right, halvings);
+    const auto before = fit_of(pair.left, drive.images(i - 1).right, halvings);
+    const auto after = fit_of(pair.left, drive.images(i + 1).right, halvings);
     if (!before && !after) continue;
     ++asked;
     constexpr double kAgree_px = 0.5, kMost_px = 3.0, kBetter = 0.4;
@@ -235,14 +245,15 @@ PairFault none_matches(std::size_t whole, std::size_t dark, double grey) {
                         grey)};
   return {
       Kind::kNothingMatches,
-      "left and right images show nothing in common within 12 rows and a quarter of the width; are they of "
-      "the same moment, and is there texture?"};
+      "left and right images show nothing in common within 48 rows and a quarter of the width; are they of "
+      "the same moment, and is there texture beyond noise?"};
 }
 
-/// Of pairs that match.
-PairFault rows_disagree(const std::vector<RowFit>& fits) {
+/// Of pairs that match, in images `shrunk` so many times, which see so many times less.
+PairFault rows_disagree(const std::vector<RowFit>& fits, int shrunk) {
   using Kind = PairFault::Kind;
-  constexpr double kMostSwapped = 0.6, kLower_px = 0.4, kBent_px = 0.4, kTurned_px = 1.0;
+  constexpr double kMostSwapped = 0.6;
+  const double kLower_px = 0.4 * shrunk, kBent_px = 0.4 * shrunk, kTurned_px = 1.0 * shrunk;
   if (median_of(fits, &RowFit::swapped) > kMostSwapped)
     return {
         Kind::kSwapped,
@@ -270,18 +281,19 @@ PairFault rows_disagree(const std::vector<RowFit>& fits) {
                         "odometry takes off up to 6 px itself; better rectify the images, or calibrate anew",
                         std::fabs(offset), offset > 0.0 ? "lower" : "higher",
                         static_cast<double>(fits.front().matches))};
+  if (shrunk > 1)
+    return {
+        Kind::kNoisy,
+        fmt::format("images are noisy: left and right match at 1/{} of their size alone; expose longer, at "
+                    "a lower gain, or add several images up",
+                    shrunk)};
   return {};
 }
 
 }  // namespace
 
 std::vector<PatchMatch> match_patches(ImageU8 left, ImageU8 right) {
-  if (left.width > kWide_px) {
-    const Image a = halved(left), b = halved(right);
-    std::vector<PatchMatch> out = match_patches(a.view(), b.view());
-    for (PatchMatch& m : out) m = {2.0 * m.left_px, 2.0 * m.disparity_px, 2.0 * m.lower_px};
-    return out;
-  }
+  if (left.width > kWide_px) return match_halved(left, right, 1);
   std::vector<PatchMatch> out;
   constexpr int kLeastSide = 4 * kSide;
   if (left.width < kLeastSide || left.height < kLeastSide) return out;
@@ -344,26 +356,34 @@ PairFault check_pairs(const Drive& drive, std::size_t first, std::size_t end) {
   std::vector<RowFit> fits;
   std::size_t whole = 0, dark = 0, same = 0;
   double grey = 0.0;
-  for (const std::size_t i : frames) {
-    const PairImages pair = drive.images(i);
-    if (pair.left.pixels.empty() || pair.right.pixels.empty()) continue;
-    ++whole;
-    same += pair.left.pixels == pair.right.pixels ? 1U : 0U;
-    const double level = std::min(mean_grey(pair.left), mean_grey(pair.right));
-    grey = std::max(grey, level);
-    constexpr double kDark = 12.0;
-    dark += level < kDark ? 1U : 0U;
-    if (const auto fit = fit_of(pair.left, pair.right)) fits.push_back(*fit);
+  int halvings = 0;
+  const auto matched = [&] { return 2 * fits.size() > whole; };
+  for (constexpr int kMostHalvings = 2; halvings <= kMostHalvings; ++halvings) {
+    fits.clear();
+    whole = dark = same = 0;
+    for (const std::size_t i : frames) {
+      const PairImages pair = drive.images(i);
+      if (pair.left.pixels.empty() || pair.right.pixels.empty()) continue;
+      ++whole;
+      same += pair.left.pixels == pair.right.pixels ? 1U : 0U;
+      const double level = std::min(mean_grey(pair.left), mean_grey(pair.right));
+      grey = std::max(grey, level);
+      constexpr double kDark = 12.0;
+      dark += level < kDark ? 1U : 0U;
+      if (const auto fit = fit_of(pair.left, pair.right, halvings)) fits.push_back(*fit);
+    }
+    if (whole == 0) return {};
+    if (2 * same > whole)
+      return {Kind::kSame, "left and right images are the same picture; give those of both cameras"};
+    if (2 * dark > whole || matched()) break;
   }
-  if (whole == 0) return {};
-  if (2 * same > whole)
-    return {Kind::kSame, "left and right images are the same picture; give those of both cameras"};
   constexpr double kAgree_px = 0.35;  // pairs of one moment agree to a tenth of a pixel
-  const bool matched = 2 * fits.size() > whole;
-  const PairFault fault = matched ? rows_disagree(fits) : none_matches(whole, dark, grey);
+  const bool match = matched();
+  const PairFault fault = match ? rows_disagree(fits, 1 << halvings) : none_matches(whole, dark, grey);
   if (fault.kind == Kind::kSwapped) return fault;
-  const bool agree = matched && fault.kind == Kind::kNone && median_of(fits, &RowFit::rest_px) < kAgree_px;
-  const int late = agree ? 0 : late_by(drive, frames, first, end);
+  const bool agree = match && (fault.kind == Kind::kNone || fault.kind == Kind::kNoisy) &&
+                     median_of(fits, &RowFit::rest_px) < kAgree_px * (1 << halvings);
+  const int late = agree ? 0 : late_by(drive, frames, first, end, match ? halvings : 0);
   if (late == 0) return fault;
   return {Kind::kLate,
           fmt::format("left images agree with the right ones of the frame {}, and not with their own: "

@@ -41,12 +41,15 @@ std::optional<RowFit> fit_rows(const std::vector<PatchMatch>& matches, int width
 /// What is wrong with the pairs of a drive, with the mend; empty where nothing shows. Looks at three frames
 /// of the range: the same picture twice, dark, nothing matches, swapped, one image lower, the right image of
 /// the frame before or after, turned or bent images. Most frames have to agree, with 12 matches or more each.
+/// Where nothing matches it is looked for in images of half and of a quarter of the size, which average
+/// noise out: what matches there alone is noisy, and is judged by what is seen there.
 struct PairFault {
   enum class Kind {
     kNone,
     kSame,
     kDark,
     kNothingMatches,
+    kNoisy,
     kSwapped,
     kLower,
     kLate,

@@ -32,6 +32,7 @@ struct Side {
   int height = 0;
   std::uint8_t seed = 0;
   int shift_px = 0;
+  std::uint32_t pair = 0;  ///< no two pictures of a camera are the same: what repeats itself is frozen
 };
 struct Pair {
   std::uint32_t number = 0;
@@ -100,7 +101,9 @@ void draw(const Side& side, bool right, std::uint8_t* out, std::size_t capacity,
     for (int u = 0; u < side.width; ++u) {
       const unsigned seed = side.seed & 15U;
       const int d = right ? disparity(seed, u + 4 + v / 8, v) : 0;
-      *out++ = side.seed >= 0xF0 ? side.seed : static_cast<std::uint8_t>(grey(seed, u + d, v, side.shift_px));
+      const int noise = texture(side.pair, 4 * u, 4 * v) & 1U;
+      *out++ = side.seed >= 0xF0 ? side.seed
+                                 : static_cast<std::uint8_t>(grey(seed, u + d, v, side.shift_px) + noise);
     }
   }
   width = side.width;
@@ -214,6 +217,36 @@ Pose3 pose(Input& in) {
   return p;
 }
 
+/// The same map of version 3: flat ground of height 0, but for what the input changes.
+Bytes with_heights(const test::MapBytes& map, Input& in) {
+  constexpr std::uint32_t kSpacing = 10;
+  constexpr std::size_t kFlatBytes = 1 + (11 * 10 + 7) / 8;  // a zero bit a post
+  Bytes out(map.bytes, map.bytes + test::kMapHeader - cmap::kCrcBytes);
+  out[cmap::kVersionAt] = cmap::kHeightsVersion;
+  be::put_u16(out.data() + cmap::kHeadBytesAt, test::kMapHeader + cmap::kHeightBytes);
+  const std::size_t head = out.size();
+  out.resize(head + cmap::kHeightBytes + cmap::kCrcBytes + 2U * map.tiles);
+  std::uint8_t* const fields = out.data() + head;
+  const std::uint8_t kind = in.u8();
+  be::put_u32(fields + cmap::kHeightSpacingAt, (kind & 1U) != 0 ? in.u32() : kSpacing);
+  be::put_u32(fields + cmap::kHeightQuantumAt, (kind & 2U) != 0 ? in.u32() : 1000U);
+  be::put_f64(fields + cmap::kHeightBaseAt, (kind & 4U) != 0 ? number(in) : 0.0);
+  be::put_f32(fields + cmap::kHeightSigmaAt, static_cast<float>((kind & 8U) != 0 ? number(in) : 0.01));
+  be::put_f32(fields + cmap::kHeightCommonAt, static_cast<float>((kind & 16U) != 0 ? number(in) : 0.05));
+  const std::size_t payloads = out.size();
+  for (unsigned tile = 0; tile < map.tiles; ++tile) {
+    be::put_u16(out.data() + payloads - 2U * (map.tiles - tile),
+                static_cast<std::uint16_t>(out.size() - payloads));
+    out.push_back(0);
+    out.push_back(kFlatBytes);
+    out.resize(out.size() + kFlatBytes);
+    for (int n = kind >> 5U; n > 0; --n) out[out.size() - kFlatBytes + in.u8() % kFlatBytes] = in.u8();
+    out.insert(out.end(), map.bytes + map.payload(tile), map.bytes + map.payload(tile + 1U));
+  }
+  repair_map(out.data(), out.size());
+  return out;
+}
+
 /// A good map of boulders that the pictures show to a rover at (0, 0), but for what the input changes.
 Bytes map_bytes(Input& in) {
   static test::MapBytes made;
@@ -225,12 +258,13 @@ Bytes map_bytes(Input& in) {
   be::put_f64(made.bytes + cmap::kOriginXAt, -2.0);
   be::put_f64(made.bytes + cmap::kOriginYAt, -2.0);
   const std::uint8_t kind = in.u8();
-  if ((kind & 1U) != 0) be::put_f64(made.bytes + cmap::kOriginXAt, number(in));
-  if ((kind & 2U) != 0) be::put_u32(made.bytes + cmap::kCountAt, in.u32());
-  if ((kind & 4U) != 0) be::put_u32(made.bytes + cmap::kQuantumAt, in.u32());
-  if ((kind & 8U) != 0) made.bytes[in.u16() % made.size] = in.u8();
-  if ((kind & 16U) == 0) repair_map(made.bytes, made.size);
-  return {made.bytes, made.bytes + made.size};
+  Bytes map = (kind & 32U) != 0 ? with_heights(made, in) : Bytes(made.bytes, made.bytes + made.size);
+  if ((kind & 1U) != 0) be::put_f64(map.data() + cmap::kOriginXAt, number(in));
+  if ((kind & 2U) != 0) be::put_u32(map.data() + cmap::kCountAt, in.u32());
+  if ((kind & 4U) != 0) be::put_u32(map.data() + cmap::kQuantumAt, in.u32());
+  if ((kind & 8U) != 0) map[in.u16() % map.size()] = in.u8();
+  if ((kind & 16U) == 0) repair_map(map.data(), map.size());
+  return map;
 }
 
 /// The newest command of a type that was accepted.
@@ -404,6 +438,7 @@ void feed(Session& s, Input& in, std::uint8_t kind) {
   p.right = side(in, (kind & 128U) != 0 ? in.u8() : kind);
   if (p.left.width == kWidth && p.right.width == kWidth && machine->pictures-- <= 0) p.right = Side();
   p.left.seed = p.right.seed = (kind & 16U) != 0 ? in.u8() : 0;
+  p.left.pair = p.right.pair = p.number;
   p.left.shift_px = p.right.shift_px = (kind & 32U) != 0 ? static_cast<int>(s.next_pair % 8) : 0;
   machine->pairs.push_back(p);
 }

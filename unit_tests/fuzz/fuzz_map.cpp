@@ -1,10 +1,13 @@
 // The map reader: any bytes are validated, whatever may be used is read by windows, heights too, and again
-// after an upset.
+// after an upset. Ground is held against the heights, and what comes of it against height and tilt: whatever
+// steps and sigmas a map tells, all stays finite.
 //
 // Input: options, a place to look at, then the map.
 #include <cmath>
 
 #include "fuzz/fuzz_support.hpp"
+#include "localizer/attitude_fusion.hpp"
+#include "localizer/ground_height.hpp"
 
 using namespace cairn;
 using namespace cairn::fuzz;
@@ -45,6 +48,34 @@ void look_at_heights(const OrbitalMap& map, bool whole) {
   }
 }
 
+/// A plane about `place`, some of it beyond the map, `z_m` from the base of the map's heights.
+void hold_ground_against(const OrbitalMap& map, const Vec2& place, double z_m, std::uint32_t ops) {
+  static SurfacePoints points;
+  static GroundHeightJob job;
+  static AttitudeFusion tilt;
+  const Vec3 rover(place.x(), place.y(), map.heights().base_m + z_m);
+  const double step_m = 0.01 + 0.05 * map.extent_m().norm();
+  points.clear();
+  for (int i = 0; i < 150; ++i) {
+    SurfacePoint p;
+    p.p_site_m = rover + Vec3((i % 15 - 4) * step_m, (i / 15 - 5) * step_m, 0.01 * (i % 7));
+    p.sigma_height_m = 0.01F;
+    points.append(p);
+  }
+  if (job.start({}, map, points, Pose3(), rover, 0.05) == GroundHeightStatus::kRunning) run(job, ops);
+  if (job.status() != GroundHeightStatus::kFitted) return;
+  const GroundOffset& seen = job.result();
+  tilt.init({});
+  for (int n = 0; n < 3; ++n) {
+    const TiltResult r = tilt.ground(seen.offset, seen.covariance, seen.least);
+    CAIRN_ASSERT(std::isfinite(r.z_m) && std::isfinite(r.turn_map.norm()));
+    CAIRN_ASSERT(std::isfinite(tilt.sigma_z_m()) && std::isfinite(tilt.sigma_tilt_rad()));
+    for (int i = 0; i < 3; ++i)
+      CAIRN_ASSERT(std::isfinite(seen.offset[i]) && seen.covariance(i, i) >= seen.least[i] * seen.least[i]);
+    tilt.propagate({Vec2(1.0, 0.5), 0.3, Mat3::Identity() * 1e-6});
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -68,9 +99,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (all == WindowStatus::kUsable) CAIRN_ASSERT(boulders.size() == usable.count());
   }
   look_at_heights(usable, status == MapStatus::kUsable);
+  const double z_m = (static_cast<double>(flip) - 32768.0) * ((options & 4U) != 0 ? 10.0 : 1e-5);
+  const std::uint32_t ops = (options & 2U) != 0 ? 1 : UINT32_MAX;
+  hold_ground_against(usable, place, z_m, ops);
   // An upset of the memory that the map lies in.
   map.data()[flip % map.size()] ^= static_cast<std::uint8_t>(1U << (options >> 5U));
   static_cast<void>(look(usable, place, 2.0 * extent.norm() + 1.0));
   look_at_heights(usable, false);
+  hold_ground_against(usable, place, z_m, ops);
   return 0;
 }

@@ -14,7 +14,7 @@ constexpr Mission small_mission() {
   m.fx_px = m.fy_px = 98.6;
   m.cx_px = 63.5;
   m.cy_px = 47.5;
-  m.max_features = 50;
+  m.max_features = 120;
   m.max_labels = 16;
   m.max_disparity_px = 48;
   m.min_disparity_px = 2;

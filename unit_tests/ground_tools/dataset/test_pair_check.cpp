@@ -148,11 +148,45 @@ void test_dark_same_and_nothing_in_common(void**) {
   expect(with([](PairImages& pair) { pair.right = pair.left; }), PairFault::Kind::kSame, "same picture");
   // Beyond the rows that are searched, whatever a neighbour's flow looks like.
   expect(with([](PairImages& pair) {
+           pair.right = moved(pair.right, [](Vec2 p) { return Vec2(p.x(), p.y() - 60.0); });
+         }),
+         PairFault::Kind::kNothingMatches, "within 48 rows");
+  expect(with([](PairImages& pair) {
            pair.right = moved(pair.right, [](Vec2 p) { return Vec2(p.x(), p.y() - 17.0); });
          }),
-         PairFault::Kind::kNothingMatches, "within 12 rows");
+         PairFault::Kind::kLower, "17.");
   // Texture on each side, and none in common.
   expect(with([](PairImages& pair) { std::reverse(pair.right.pixels.begin(), pair.right.pixels.end()); }),
+         PairFault::Kind::kNothingMatches, "nothing in common");
+}
+
+/// Noise hides what left and right share: it is that which is told, and still what else is wrong.
+void test_noisy(void**) {
+  const auto noisy = [](PairImages& pair) {
+    static Random random(17);
+    for (Image* image : {&pair.left, &pair.right}) {
+      for (std::uint8_t& g : image->pixels) {
+        double noise = -6.0;
+        for (int i = 0; i < 12; ++i) noise += random.next() / 4294967296.0;
+        g = static_cast<std::uint8_t>(std::clamp(g + 25.0 * noise, 0.0, 255.0));
+      }
+    }
+  };
+  expect(with(noisy), PairFault::Kind::kNoisy, "images are noisy");
+  expect(with([&](PairImages& pair) {
+           std::swap(pair.left, pair.right);
+           noisy(pair);
+         }),
+         PairFault::Kind::kSwapped, "exchange the folders");
+  expect(with([&](PairImages& pair) {
+           pair.right = moved(pair.right, [](Vec2 p) { return Vec2(p.x(), p.y() - 8.0); });
+           noisy(pair);
+         }),
+         PairFault::Kind::kLower, "lower than");
+  expect(with([&](PairImages& pair) {
+           std::reverse(pair.right.pixels.begin(), pair.right.pixels.end());
+           noisy(pair);
+         }),
          PairFault::Kind::kNothingMatches, "nothing in common");
 }
 
@@ -217,6 +251,7 @@ int main() {
       cmocka_unit_test(test_right_images_lower),
       cmocka_unit_test(test_swapped),
       cmocka_unit_test(test_dark_same_and_nothing_in_common),
+      cmocka_unit_test(test_noisy),
       cmocka_unit_test(test_right_images_of_another_frame),
       cmocka_unit_test(test_turned_and_bent),
       cmocka_unit_test(test_fit_by_hand),
