@@ -384,7 +384,7 @@ PAGES     := $(wildcard $(addprefix ground_tools/*/*.,html css js))
 EMBEDDERS := $(shell grep -l '^CAIRN_EMBED' ground_tools/*/*.cpp)
 $(call obj,$(EMBEDDERS)): $(PAGES)
 # Loops over pixels, for vectors: -O2 of GCC 12 makes none of them.
-PIXEL_LOOPS := detect/row_kernels ortho/raster_source ortho/grey_range
+PIXEL_LOOPS := detect/row_kernels detect/shadow_fit detect/shadow_spots ortho/raster_source ortho/grey_range
 $(PIXEL_LOOPS:%=$(B)/ground_tools/%.o): GROUND += $(if $(SAN),,-O3)
 $(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp
 	@mkdir -p $(@D)

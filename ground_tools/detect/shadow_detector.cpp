@@ -81,11 +81,11 @@ PixelRect looked_at(const PyramidLevel& level, const PixelRect& core, int chain,
   return {x0 - rect.x0, y0 - rect.y0, x1 - x0, y1 - y0};
 }
 
-Candidate candidate_of(const ShadowFit& f, ShadowGround ground, const Spot& spot, const PyramidLevel& level,
-                       double tan_elevation) {
+Candidate candidate_of(const ShadowFit& f, const ShadowFeatures& features, ShadowGround ground,
+                       const Spot& spot, const PyramidLevel& level) {
   const double scale = 1 << level.shift;
   const double offset = 0.5 * (scale - 1.0);
-  Candidate c;
+  Candidate c{};
   c.u_px = (spot.x + level.tile.rect.x0 + f.du_px) * scale + offset;
   c.v_px = (spot.y + level.tile.rect.y0 + f.dv_px) * scale + offset;
   c.across_px = f.across_px * scale;
@@ -94,11 +94,10 @@ Candidate candidate_of(const ShadowFit& f, ShadowGround ground, const Spot& spot
   c.explained = f.explained * scale * scale;
   c.near_ground = ground == ShadowGround::kNear;
   c.contrast = (f.ground - f.dark) / 255.0;
-  c.features = shadow_features(f, tan_elevation);
-  const ShadowBody body = shadow_body(c.features, size_of(c));
+  const ShadowBody body = shadow_body(features, size_of(c));
   c.towards_sun_px = body.towards_sun * size_of(c);
   c.diameter_px = body.size * 2.0 * size_of(c);
-  c.confidence = shadow_confidence(c.features);
+  c.confidence = shadow_confidence(features);
   return c;
 }
 
@@ -112,7 +111,7 @@ std::optional<Candidate> hollow_of(const ShadowFit& f, double confidence, const 
     return std::nullopt;
   const double scale = 1 << level.shift;
   const double offset = 0.5 * (scale - 1.0);
-  Candidate c;
+  Candidate c{};
   c.u_px = (spot.x + level.tile.rect.x0 + h.du_px) * scale + offset;
   c.v_px = (spot.y + level.tile.rect.y0 + h.dv_px) * scale + offset;
   c.across_px = c.along_px = c.reach_px = h.radius_px * scale;
@@ -176,7 +175,7 @@ int shadow_reach_px(const ShadowView& view, const ShadowParams& params) {
 }
 
 ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, const ShadowView& view,
-                                   const ShadowParams& params) {
+                                   const ShadowParams& params, std::vector<ShadowFeatures>* features) {
   ShadowFitter fitter(-view.towards_sun_px, view.tan_elevation);
   const int levels = levels_for(params, view.pixel_m);
   const double least_px = least_diameter_px(view, params);
@@ -192,13 +191,21 @@ ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, 
     if (wanted >= kMostOwn_px || (wanted >= 2.0 * kLeastAcross_px && !last)) continue;  // the next level's
     const double least = shift == 0 ? std::max(kLeastOutline_px, 0.5 * least_px * 0.8) : kLeastAcross_px;
     for (const Spot& spot : dark_spots(level.tile, where, params.seed_contrast)) {
+      fitter.look_at(level.tile.grey, level.tile.valid, spot.x, spot.y);
       double most = 0.0;
       const auto fitted = [&](ShadowGround ground) {
-        ShadowFit f = fitter.fit(level.tile.grey, level.tile.valid, spot.x, spot.y, least, ground);
+        ShadowFit f = fitter.fit(least, ground);
         f.found = f.found && (f.across_px <= kMostOwn_px || last);
         if (!f.found) return f;
-        const Candidate c = candidate_of(f, ground, spot, level, view.tan_elevation);
-        if (c.confidence >= params.min_confidence) candidates.boulders.push_back(c);
+        const ShadowFeatures of_fit = shadow_features(f, view.tan_elevation);
+        Candidate c = candidate_of(f, of_fit, ground, spot, level);
+        if (c.confidence >= params.min_confidence) {
+          if (features != nullptr) {
+            c.fit = features->size();
+            features->push_back(of_fit);
+          }
+          candidates.boulders.push_back(c);
+        }
         most = std::max(most, c.confidence);
         return f;
       };

@@ -27,6 +27,13 @@ constexpr double kNearMostAcross_px = 4.8;
 
 int rows_for() { return static_cast<int>(2.2 * kFitMostAcross_px) + 2; }
 
+/// Of numbers that fit an int: the library's are calls without SSE 4.1.
+int floor_of(double x) {
+  const int k = static_cast<int>(x);
+  return k - (x < k ? 1 : 0);
+}
+int ceil_of(double x) { return -floor_of(-x); }
+
 /// Grey between four pixels in 1/65536 levels, x and y in 1/65536 px; -1 where one of them is not there.
 int between(const ImageU8& grey, const ImageU8& valid, std::int64_t x, std::int64_t y) {
   const int x0 = static_cast<int>(x >> 16);
@@ -43,12 +50,14 @@ int between(const ImageU8& grey, const ImageU8& valid, std::int64_t x, std::int6
 }
 
 /// The same where all four are there: (x, y) from pixel (u, v).
-int between(const ImageU8& grey, int u, int v, std::int64_t x, std::int64_t y) {
-  const int fx = static_cast<int>((x >> 8) & 255);
-  const int fy = static_cast<int>((y >> 8) & 255);
+inline int between(const ImageU8& grey, int u, int v, int x, int y) {
+  const int fx = (x >> 8) & 255;
+  const int fy = (y >> 8) & 255;
   const std::uint8_t* p = grey.data + (v + (y >> 16)) * grey.stride + u + (x >> 16);
   const std::uint8_t* q = p + grey.stride;
-  return (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
+  const int upper = 256 * p[0] + fx * (p[1] - p[0]);
+  const int lower = 256 * q[0] + fx * (q[1] - q[0]);
+  return 256 * upper + fy * (lower - upper);
 }
 
 /// The value of this rank, from 0, among those counted by grey level; within a level they lie evenly.
@@ -80,31 +89,36 @@ ShadowFitter::ShadowFitter(const Vec2& away_from_sun, double tan_elevation)
       half_columns_(
           static_cast<int>(kFitMostAcross_px * (1.6 + 1.35 * std::sqrt(1.0 + most_slope_ * most_slope_))) +
           2),
-      cos16_(std::lround(cos_ * 65536.0)),
-      sin16_(std::lround(sin_ * 65536.0)),
-      samples_(static_cast<std::size_t>(2 * half_rows_ + 1) * (2 * half_columns_ + 1)),
-      absent_(samples_.size()),
-      sum_(static_cast<std::size_t>(2 * half_rows_ + 1) * (2 * half_columns_ + 2)),
-      ready_(static_cast<std::size_t>(2 * half_rows_ + 1)) {}
+      cos16_(static_cast<int>(std::lround(cos_ * 65536.0))),
+      sin16_(static_cast<int>(std::lround(sin_ * 65536.0))),
+      pitch_(static_cast<std::size_t>(2 * half_columns_ + 2)),
+      grey16_(static_cast<std::size_t>(2 * half_rows_ + 1) * pitch_),
+      samples_(grey16_.size()),
+      looked_(static_cast<std::size_t>(2 * half_rows_ + 1)),
+      ready_(looked_.size()) {}
 
 /// Sample (a, b) in 1/65536 grey levels; -1 where it is not there.
-int ShadowFitter::look(int a, int b) const {
-  const std::int64_t x = a * cos16_ - b * sin16_;
-  const std::int64_t y = a * sin16_ + b * cos16_;
+inline int ShadowFitter::look(int a, int b) const {
+  const int x = a * cos16_ - b * sin16_;
+  const int y = a * sin16_ + b * cos16_;
   if (whole_) return between(grey_, u_, v_, x, y);
   return between(grey_, valid_, (static_cast<std::int64_t>(u_) << 16) + x,
                  (static_cast<std::int64_t>(v_) << 16) + y);
 }
 
-bool ShadowFitter::begin(const ImageU8& grey, const ImageU8& valid, int u, int v, ShadowGround from) {
+void ShadowFitter::look_at(const ImageU8& grey, const ImageU8& valid, int u, int v) {
   grey_ = grey;
   valid_ = valid;
   u_ = u;
   v_ = v;
-  const std::int64_t reach_x = (half_columns_ * std::abs(cos16_) + half_rows_ * std::abs(sin16_)) / 65536 + 2;
-  const std::int64_t reach_y = (half_columns_ * std::abs(sin16_) + half_rows_ * std::abs(cos16_)) / 65536 + 2;
+  const int reach_x = (half_columns_ * std::abs(cos16_) + half_rows_ * std::abs(sin16_)) / 65536 + 2;
+  const int reach_y = (half_columns_ * std::abs(sin16_) + half_rows_ * std::abs(cos16_)) / 65536 + 2;
   whole_ = valid.data == nullptr && u >= reach_x && u < grey.width - reach_x && v >= reach_y &&
            v < grey.height - reach_y;
+  std::fill(looked_.begin(), looked_.end(), std::uint8_t{0});
+}
+
+bool ShadowFitter::begin(ShadowGround from) {
   std::fill(ready_.begin(), ready_.end(), std::uint8_t{0});
   // A low sun's window is long, and the ground rises and falls in it: what is near tells the level. Every
   // other sample of every other row is enough for that.
@@ -134,62 +148,62 @@ bool ShadowFitter::begin(const ImageU8& grey, const ImageU8& valid, int u, int v
   return depth_ > kOne * std::max(1.0, std::min(kLeastDepth * noise_, kDeep * ground_));
 }
 
-/// A row's samples, darkness below the ground, none where there is no pixel; and their sums.
-void ShadowFitter::sample_row(int row) {
+/// A row's grey levels, 1/16; -1 where there is no pixel.
+const std::int16_t* ShadowFitter::row_grey(int row) {
   const auto index = static_cast<std::size_t>(row + half_rows_);
-  const auto pitch = static_cast<std::size_t>(2 * half_columns_ + 1);
-  const int level = static_cast<int>(std::lround(ground_ * kOne));
-  std::int32_t* d = &samples_[index * pitch];
-  std::int32_t* sum = &sum_[index * (pitch + 1)];
-  std::uint8_t* absent = &absent_[index * pitch];
-  std::int32_t total = 0;
+  std::int16_t* const out = &grey16_[index * pitch_];
+  if (looked_[index] != 0) return out;
+  looked_[index] = 1;
   for (int a = -half_columns_; a <= half_columns_; ++a) {
     const int value = look(a, row);
-    *absent++ = value < 0 ? 1 : 0;
-    *d = value < 0 ? 0 : level - ((value + 2048) >> 12);
-    *sum++ = total;
-    total += *d++;
+    out[a + half_columns_] = static_cast<std::int16_t>(value < 0 ? -1 : (value + 2048) >> 12);
   }
-  *sum = total;
-  ready_[index] = 1;
+  return out;
 }
 
-/// Darkness of the row's samples, from a = -half_columns.
-const std::int32_t* ShadowFitter::row_samples(int row) {
+/// Its samples, from a = -half_columns: darkness below the ground, none where there is no pixel.
+const ShadowFitter::Sample* ShadowFitter::row_samples(int row) {
   const auto index = static_cast<std::size_t>(row + half_rows_);
-  if (ready_[index] == 0) sample_row(row);
-  return &samples_[index * static_cast<std::size_t>(2 * half_columns_ + 1)];
+  Sample* const out = &samples_[index * pitch_];
+  if (ready_[index] != 0) return out;
+  ready_[index] = 1;
+  const std::int16_t* const grey = row_grey(row);
+  const int level = static_cast<int>(std::lround(ground_ * kOne));
+  int before = 0;
+  for (int i = 0; i <= 2 * half_columns_; ++i) {
+    const int here = grey[i] < 0 ? 0 : level - grey[i];
+    out[i] = {static_cast<double>(here), static_cast<double>(before)};
+    before += here;
+  }
+  out[2 * half_columns_ + 1] = {0.0, static_cast<double>(before)};
+  return out;
 }
 
 /// The shadow's level: the darkest sample near the spot. Means of several are diluted where a boulder is few
 /// pixels wide; the dark grows into the body then, and the body moves towards the sun.
 double ShadowFitter::core_depth() {
-  std::int32_t depth = 0;
+  double depth = 0.0;
   for (int b = -kCore; b <= kCore; ++b) {
-    const std::int32_t* d = row_samples(b) + half_columns_;
-    depth = std::max(depth, *std::max_element(d - kCore, d + kCore + 1));
+    const Sample* const d = row_samples(b) + half_columns_;
+    for (int a = -kCore; a <= kCore; ++a) depth = std::max(depth, d[a].dark);
   }
   return depth;
 }
 
 /// Darkness summed over a row up to a; sample a covers a - 1/2 to a + 1/2.
 struct ShadowFitter::RowSums {
-  const std::int32_t* s;
+  const Sample* s;
   double half;
-  int most;
 
   double to(double a) const {
-    const double x = std::clamp(a + half + 0.5, 0.0, 2.0 * half + 1.0);
-    const int k = std::min(static_cast<int>(x), most);
-    return s[k] + (x - k) * (s[k + 1] - s[k]);
+    const double x = std::min(std::max(a + half + 0.5, 0.0), 2.0 * half + 1.0);
+    const int k = static_cast<int>(x);
+    return s[k].before + (x - k) * s[k].dark;
   }
 };
 
 inline ShadowFitter::RowSums ShadowFitter::row_sums(int row) {
-  const auto index = static_cast<std::size_t>(row + half_rows_);
-  if (ready_[index] == 0) sample_row(row);
-  return {&sum_[index * static_cast<std::size_t>(2 * half_columns_ + 2)], static_cast<double>(half_columns_),
-          2 * half_columns_};
+  return {row_samples(row), static_cast<double>(half_columns_)};
 }
 
 double ShadowFitter::part(int row, double from, double to) {
@@ -197,93 +211,128 @@ double ShadowFitter::part(int row, double from, double to) {
   return sums.to(to) - sums.to(from);
 }
 
-ShadowFitter::Sums ShadowFitter::sums(const Trial& t, int every) {
-  Sums out{0.0, 0.0, 0.0, 0.0};
+/// The rows that an outline of this middle and half width crosses, and w of each.
+struct ShadowFitter::Rows {
+  int first, last;
+  std::array<double, kMostRows> w;
+};
+
+ShadowFitter::Rows ShadowFitter::rows(double b, double half_width) const {
+  Rows rows;
+  rows.first = std::max(-half_rows_, ceil_of(b - half_width));
+  rows.last = std::min(half_rows_, floor_of(b + half_width));
+  const double scale = 1.0 / (half_width * half_width);
+  for (int row = rows.first; row <= rows.last; ++row)
+    rows.w[static_cast<std::size_t>(row - rows.first)] =
+        std::sqrt(std::max(0.0, 1.0 - (row - b) * (row - b) * scale));
+  return rows;
+}
+
+/// Of the trials that are `t` but for their middles `a`; over every n-th row.
+template <std::size_t kCount>
+std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums(const Trial& t, const std::array<double, kCount>& a,
+                                                          const Rows& rows, int every) {
+  std::array<Sums, kCount> out = {};
+  double lit_n = 0.0;
+  double dark_n = 0.0;
   const double stretch = std::sqrt(1.0 + t.slope * t.slope);
   const double tip = t.along * stretch;
   const double terminator = t.along / stretch;
-  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - t.across)));
-  const int last = std::min(half_rows_, static_cast<int>(std::floor(t.b + t.across)));
-  const double scale = 1.0 / (t.across * t.across);
-  for (int row = first; row <= last; row += every) {
-    const double w = std::sqrt(std::max(0.0, 1.0 - (row - t.b) * (row - t.b) * scale));
-    const double a1 = t.a + terminator * w;
-    const double a2 = t.a + tip * w;
+  for (int row = rows.first; row <= rows.last; row += every) {
+    const double w = rows.w[static_cast<std::size_t>(row - rows.first)];
     const RowSums sums = row_sums(row);
-    const double before_dark = sums.to(a1);
-    out.lit += before_dark - sums.to(t.a - t.along * w);
-    out.dark += sums.to(a2) - before_dark;
-    out.lit_n += (t.along + terminator) * w;
-    out.dark_n += (tip - terminator) * w;
+    for (std::size_t i = 0; i < kCount; ++i) {
+      const double before_dark = sums.to(a[i] + terminator * w);
+      out[i].lit += before_dark - sums.to(a[i] - t.along * w);
+      out[i].dark += sums.to(a[i] + tip * w) - before_dark;
+    }
+    lit_n += (t.along + terminator) * w;
+    dark_n += (tip - terminator) * w;
+  }
+  for (Sums& s : out) {
+    s.lit_n = lit_n;
+    s.dark_n = dark_n;
   }
   return out;
 }
 
-double ShadowFitter::value(const Trial& t, int every) {
-  const Sums s = sums(t, every);
-  if (s.dark_n <= 0.2 || s.lit_n <= 0.2 || s.dark <= 0.0) return 0.0;
-  const double lit = s.lit / s.lit_n;
-  if (lit > 0.8 * depth_) return 0.0;  // one dark patch
+ShadowFitter::Sums ShadowFitter::sums(const Trial& t) { return sums<1>(t, {t.a}, rows(t.b, t.across), 1)[0]; }
+
+double ShadowFitter::prior(const Trial& t) const {
   const double round = std::log(t.along / t.across);
   const double tall = std::log(t.slope * tan_elevation_ * t.along / (kUsualHeight * t.across));
   const double area = t.across * t.across;
-  return every * (depth_ * (2.0 * s.dark - depth_ * s.dark_n) + kBodyWeight * s.lit * lit) -
-         depth_ * depth_ * area * (kRoundness * round * round + kTallness * tall * tall);
+  return depth_ * depth_ * area * (kRoundness * round * round + kTallness * tall * tall);
 }
 
-bool ShadowFitter::consider(const Trial& t, int every, Trial& best, double& most) {
-  double here = 0.0;
-  return consider(t, every, best, most, here);
+double ShadowFitter::value(const Sums& s, double prior, int every) const {
+  if (s.dark_n <= 0.2 || s.lit_n <= 0.2 || s.dark <= 0.0) return 0.0;
+  const double lit = s.lit / s.lit_n;
+  if (lit > 0.8 * depth_) return 0.0;  // one dark patch
+  return every * (depth_ * (2.0 * s.dark - depth_ * s.dark_n) + kBodyWeight * s.lit * lit) - prior;
 }
 
-bool ShadowFitter::consider(const Trial& t, int every, Trial& best, double& most, double& most_here) {
-  const double v = value(t, every);
-  most_here = std::max(most_here, v);
-  if (!(v > most)) return false;
-  most = v;
-  best = t;
-  return true;
+/// All places about the spot for an outline of this size; the most that one explains, and the best so far.
+double ShadowFitter::try_places(double across, Trial& best, double& most) {
+  constexpr int kPlaces = 5;  ///< each way
+  const int every = across > 4.0 ? 2 : 1;
+  std::array<Rows, kPlaces> rows_of;
+  for (int j = 0; j < kPlaces; ++j)
+    rows_of[static_cast<std::size_t>(j)] = rows(0.3 * (j - 2) * across, across);
+  double most_here = 0.0;
+  for (const double height : {0.45, 0.8, 1.3, 2.0}) {
+    Trial t{0.0, 0.0, across, across, std::min(height / tan_elevation_, most_slope_)};
+    const double stretch = std::sqrt(1.0 + t.slope * t.slope);
+    const double middle = kCentroid * across * (stretch + 1.0 / stretch);  // the dark's centroid
+    const double against = prior(t);
+    std::array<double, kPlaces> a;
+    for (int i = 0; i < kPlaces; ++i) a[static_cast<std::size_t>(i)] = -middle + 0.3 * (i - 2) * across;
+    std::array<std::array<Sums, kPlaces>, kPlaces> found;
+    for (std::size_t j = 0; j < kPlaces; ++j) found[j] = sums<kPlaces>(t, a, rows_of[j], every);
+    for (std::size_t i = 0; i < kPlaces; ++i) {
+      for (std::size_t j = 0; j < kPlaces; ++j) {
+        const double v = value(found[j][i], against, every);
+        most_here = std::max(most_here, v);
+        if (!(v > most)) continue;
+        most = v;
+        t.a = a[i];
+        t.b = 0.3 * (static_cast<int>(j) - 2) * across;
+        best = t;
+      }
+    }
+  }
+  return most_here;
 }
 
 void ShadowFitter::search(double least_across_px, Trial& best, double& most) {
   most = 0.0;
   best = {0.0, 0.0, 0.0, 0.0, 0.0};
   for (double across = least_across_px; across < most_across_ * 0.95; across *= 1.35) {
-    double most_here = 0.0;
-    for (const double height : {0.45, 0.8, 1.3, 2.0}) {
-      const double slope = std::min(height / tan_elevation_, most_slope_);
-      const double stretch = std::sqrt(1.0 + slope * slope);
-      const double middle = kCentroid * across * (stretch + 1.0 / stretch);  // the dark's centroid
-      for (int i = -2; i <= 2; ++i) {
-        for (int j = -2; j <= 2; ++j) {
-          const Trial t{-middle + 0.3 * i * across, 0.3 * j * across, across, across, slope};
-          consider(t, across > 4.0 ? 2 : 1, best, most, most_here);
-        }
-      }
-    }
-    if (most_here < kFades * most) break;  // larger ones explain less and less
+    if (try_places(across, best, most) < kFades * most) break;  // larger ones explain less and less
   }
   if (most <= 0.0) return;
-  most = value(best, 1);
-  for (double step = 0.16; step > 0.012; step *= 0.5) {
-    for (int round = 0; round < 4 && improve(step, least_across_px, best, most); ++round) {
-    }
-  }
+  most = value(sums(best), prior(best), 1);
+  for (double step = 0.16; step > 0.012; step *= 0.5) improve(step, least_across_px, best, most);
 }
 
-/// Each way of moving, both ways, up to three times while it helps.
-bool ShadowFitter::improve(double step, double least_across_px, Trial& best, double& most) {
-  bool better = false;
-  for (int way = 0; way < kWays; ++way) {
-    for (const double sign : {-1.0, 1.0}) {
-      for (int again = 0; again < 3; ++again) {
-        const Trial t = moved(best, way, sign * step);
-        if (!allowed(t, least_across_px) || !consider(t, 1, best, most)) break;
-        better = true;
+/// Each way of moving, both ways, up to three times while it helps; four rounds, or until none has helped.
+void ShadowFitter::improve(double step, double least_across_px, Trial& best, double& most) {
+  constexpr int kMoves = 2 * kWays;
+  int idle = 0;  // moves of the best as it is that did not help
+  for (int move = 0; move < 4 * kMoves && idle < kMoves; ++move) {
+    const double by = move % 2 == 0 ? -step : step;
+    for (int again = 0; again < 3; ++again) {
+      const Trial t = moved(best, move % kMoves / 2, by);
+      const double v = allowed(t, least_across_px) ? value(sums(t), prior(t), 1) : most;
+      if (!(v > most)) {
+        ++idle;
+        break;
       }
+      idle = 0;
+      most = v;
+      best = t;
     }
   }
-  return better;
 }
 
 ShadowFitter::Trial ShadowFitter::moved(Trial t, int way, double by) {
@@ -322,8 +371,8 @@ void ShadowFitter::measure(const Trial& t, ShadowFit& fit) {
   const double contrast = kOne * (fit.ground - fit.dark);
   double beyond = 0.0, before = 0.0, before_n = 0.0, left = 0.0, right = 0.0, dark_side = 0.0, lit_side = 0.0,
          near_n = 0.0, square = 0.0, square_n = 0.0, mean = 0.0;
-  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - t.across)));
-  const int last = std::min(half_rows_, static_cast<int>(std::floor(t.b + t.across)));
+  const int first = std::max(-half_rows_, ceil_of(t.b - t.across));
+  const int last = std::min(half_rows_, floor_of(t.b + t.across));
   for (int row = first; row <= last; ++row) {
     const double w = std::sqrt(std::max(0.0, 1.0 - (row - t.b) * (row - t.b) * scale));
     const double a0 = t.a - t.along * w;
@@ -336,9 +385,9 @@ void ShadowFitter::measure(const Trial& t, ShadowFit& fit) {
     dark_side += part(row, a1, a1 + near);
     lit_side += part(row, a1 - near, a1);
     near_n += near;
-    for (int a = static_cast<int>(std::ceil(a1)); a <= static_cast<int>(std::floor(a2)); ++a) {
+    for (int a = ceil_of(a1); a <= floor_of(a2); ++a) {
       if (a < -half_columns_ || a > half_columns_) continue;
-      const double d = row_samples(row)[a + half_columns_];
+      const double d = row_samples(row)[a + half_columns_].dark;
       square += d * d;
       mean += d;
       square_n += 1.0;
@@ -367,8 +416,8 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) {
   const double tip = t.along * stretch;
   const double contrast = kOne * (fit.ground - fit.dark);
   const double terminator = t.along / stretch;
-  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - t.across)));
-  const int last = std::min(half_rows_, static_cast<int>(std::floor(t.b + t.across)));
+  const int first = std::max(-half_rows_, ceil_of(t.b - t.across));
+  const int last = std::min(half_rows_, floor_of(t.b + t.across));
   const int flank = std::max(1, static_cast<int>(std::lround(0.5 * t.across)));
   double left = 0.0, right = 0.0, left_lit = 0.0, right_lit = 0.0;
   for (int i = 2; i < 2 + flank; ++i) {
@@ -384,10 +433,10 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) {
 
   const double wide = t.across + 1.0;
   const double scale = 1.0 / (wide * wide);
-  const int top = std::max(-half_rows_, static_cast<int>(std::ceil(t.b - 2.2 * t.across - 1.0)));
-  const int bottom = std::min(half_rows_, static_cast<int>(std::floor(t.b + 2.2 * t.across + 1.0)));
-  const int from = std::max(-half_columns_, static_cast<int>(std::ceil(t.a - 2.2 * t.along - 1.0)));
-  const int to = std::min(half_columns_, static_cast<int>(std::floor(t.a + tip + 1.5 * t.along + 1.0)));
+  const int top = std::max(-half_rows_, ceil_of(t.b - 2.2 * t.across - 1.0));
+  const int bottom = std::min(half_rows_, floor_of(t.b + 2.2 * t.across + 1.0));
+  const int from = std::max(-half_columns_, ceil_of(t.a - 2.2 * t.along - 1.0));
+  const int to = std::min(half_columns_, floor_of(t.a + tip + 1.5 * t.along + 1.0));
   double square = 0.0;
   int n = 0;
   int absent = 0;
@@ -396,14 +445,12 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) {
     const double w = inside > 0.0 ? std::sqrt(inside) : 0.0;
     const double a0 = t.a - (t.along + 1.0) * w;
     const double a2 = t.a + (tip + 1.0) * w;
-    const std::int32_t* d = row_samples(row) + half_columns_;
-    const std::uint8_t* missing =
-        &absent_[static_cast<std::size_t>(row + half_rows_) * (2 * half_columns_ + 1) +
-                 static_cast<std::size_t>(half_columns_)];
+    const Sample* const d = row_samples(row) + half_columns_;
+    const std::int16_t* const grey = row_grey(row) + half_columns_;
     for (int a = from; a <= to; ++a) {
-      absent += missing[a];
+      absent += grey[a] < 0 ? 1 : 0;
       if (inside > 0.0 && a >= a0 && a <= a2) continue;
-      square += static_cast<double>(d[a]) * d[a];
+      square += d[a].dark * d[a].dark;
       ++n;
     }
   }
@@ -411,16 +458,23 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) {
   fit.absent = static_cast<double>(absent) / ((bottom - top + 1) * (to - from + 1));
 }
 
-double ShadowFitter::darkness(double a, double b) {
-  const double a_in = std::clamp(a, -static_cast<double>(half_columns_), half_columns_ - 1.0);
+/// Two rows and how far between them.
+struct ShadowFitter::Between {
+  const Sample* d;
+  const Sample* e;
+  double f;
+
+  /// Darkness between four samples.
+  double at(int column, double fa) const {
+    return (1.0 - f) * ((1.0 - fa) * d[column].dark + fa * d[column + 1].dark) +
+           f * ((1.0 - fa) * e[column].dark + fa * e[column + 1].dark);
+  }
+};
+
+ShadowFitter::Between ShadowFitter::between_rows(double b) {
   const double b_in = std::clamp(b, -static_cast<double>(half_rows_), half_rows_ - 1.0);
-  const int column = static_cast<int>(std::floor(a_in));
-  const int row = static_cast<int>(std::floor(b_in));
-  const double fa = a_in - column;
-  const double fb = b_in - row;
-  const std::int32_t* d = row_samples(row) + half_columns_ + column;
-  const std::int32_t* e = row_samples(row + 1) + half_columns_ + column;
-  return (1.0 - fb) * ((1.0 - fa) * d[0] + fa * d[1]) + fb * ((1.0 - fa) * e[0] + fa * e[1]);
+  const int row = floor_of(b_in);
+  return {row_samples(row) + half_columns_, row_samples(row + 1) + half_columns_, b_in - row};
 }
 
 void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
@@ -433,22 +487,30 @@ void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
                                      0.6 * t.along, 0.6 * t.along};
   constexpr double kAcross[kCellsAcross + 1] = {0.0, 0.4, 0.9, 1.5, 2.3};
   const double contrast = kOne * (fit.ground - fit.dark);
+  std::array<Between, 2 * kEach * kCellsAcross> rows;
+  for (std::size_t i = 0; i < kCellsAcross; ++i) {
+    for (int n = 0; n < kEach; ++n) {
+      const double b = t.across * (kAcross[i] + (n + 0.5) / kEach * (kAcross[i + 1] - kAcross[i]));
+      const std::size_t k = 2 * (i * kEach + static_cast<std::size_t>(n));
+      rows[k] = between_rows(t.b - b);
+      rows[k + 1] = between_rows(t.b + b);
+    }
+  }
   double from = t.a - 2.2 * t.along;
   double* cell = fit.picture.data();
   for (const double length : along) {
-    for (std::size_t i = 0; i < kCellsAcross; ++i) {
-      double side[2] = {0.0, 0.0};
-      for (int m = 0; m < kEach; ++m) {
-        const double a = from + (m + 0.5) / kEach * length;
-        for (int n = 0; n < kEach; ++n) {
-          const double b = t.across * (kAcross[i] + (n + 0.5) / kEach * (kAcross[i + 1] - kAcross[i]));
-          side[0] += darkness(a, t.b - b);
-          side[1] += darkness(a, t.b + b);
-        }
-      }
-      for (double& s : side) s = std::clamp(s / (kEach * kEach * contrast), -3.0, 2.0);
-      *cell++ = std::min(side[0], side[1]);
-      *cell++ = std::max(side[0], side[1]);
+    std::array<double, 2 * kCellsAcross> sides = {};
+    for (int m = 0; m < kEach; ++m) {
+      const double a = std::clamp(from + (m + 0.5) / kEach * length, -static_cast<double>(half_columns_),
+                                  half_columns_ - 1.0);
+      const int column = floor_of(a);
+      for (std::size_t k = 0; k < rows.size(); ++k)
+        sides[k / (2 * kEach) * 2 + k % 2] += rows[k].at(column, a - column);
+    }
+    for (double& s : sides) s = std::clamp(s / (kEach * kEach * contrast), -3.0, 2.0);
+    for (std::size_t i = 0; i < sides.size(); i += 2) {
+      *cell++ = std::min(sides[i], sides[i + 1]);
+      *cell++ = std::max(sides[i], sides[i + 1]);
     }
     from += length;
   }
@@ -456,11 +518,9 @@ void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
 
 ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) {
   Sums out{0.0, 0.0, 0.0, 0.0};
-  const int first = std::max(-half_rows_, static_cast<int>(std::ceil(h.b - h.radius)));
-  const int last = std::min(half_rows_, static_cast<int>(std::floor(h.b + h.radius)));
-  const double scale = 1.0 / (h.radius * h.radius);
-  for (int row = first; row <= last; ++row) {
-    const double w = std::sqrt(std::max(0.0, 1.0 - (row - h.b) * (row - h.b) * scale));
+  const Rows rows = this->rows(h.b, h.radius);
+  for (int row = rows.first; row <= rows.last; ++row) {
+    const double w = rows.w[static_cast<std::size_t>(row - rows.first)];
     const double a0 = h.a - h.radius * w;
     const double a2 = h.a + h.radius * w;
     const double edge = h.a + h.radius * (h.arc * w - h.shift) + h.tilt * (row - h.b);
@@ -506,28 +566,21 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) {
         consider({a, b + (dark ? -0.7 : 0.7) * tilt * radius, radius, shape[0], shape[1], tilt});
     }
   }
+  static constexpr double kMoves[][5] = {{1, 0, 0, 0, 0}, {0, 1, 0, 0, 0},  {0, 0, 1, 0, 0}, {0, 0, 0, 1, 0},
+                                         {0, 0, 0, 0, 1}, {-1, 0, 1, 0, 0}, {1, 0, 1, 0, 0}};
+  constexpr int kBoth = 2 * static_cast<int>(std::size(kMoves));
   for (double step = 0.12; most > 0.0 && step > 0.02; step *= 0.5) {
-    for (int round = 0; round < 3; ++round) {
-      bool better = false;
-      for (const double by : {-step, step}) {
-        const auto move = [&](double a, double b_by, double size, double shift, double tilt) {
-          Hollow h = best;
-          h.a += a * h.radius;
-          h.b += b_by * h.radius;
-          h.radius *= 1.0 + size;
-          h.shift += shift;
-          h.tilt += tilt;
-          better = consider(h) || better;
-        };
-        move(by, 0.0, 0.0, 0.0, 0.0);
-        move(0.0, by, 0.0, 0.0, 0.0);
-        move(0.0, 0.0, by, 0.0, 0.0);
-        move(0.0, 0.0, 0.0, by, 0.0);
-        move(0.0, 0.0, 0.0, 0.0, by);
-        move(-by, 0.0, by, 0.0, 0.0);
-        move(by, 0.0, by, 0.0, 0.0);
-      }
-      if (!better) break;
+    int idle = 0;  // moves of the best as it is that did not help
+    for (int move = 0; move < 3 * kBoth && idle < kBoth; ++move) {
+      const double by = move % kBoth < kBoth / 2 ? -step : step;
+      const auto& way = kMoves[move % (kBoth / 2)];
+      Hollow h = best;
+      h.a += by * way[0] * h.radius;
+      h.b += by * way[1] * h.radius;
+      h.radius *= 1.0 + by * way[2];
+      h.shift += by * way[3];
+      h.tilt += by * way[4];
+      idle = consider(h) ? 0 : idle + 1;
     }
   }
   HollowFit fit;
@@ -542,15 +595,14 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) {
   return fit;
 }
 
-ShadowFit ShadowFitter::fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px,
-                            ShadowGround from) {
+ShadowFit ShadowFitter::fit(double least_across_px, ShadowGround from) {
   ShadowFit fit;
-  if (!begin(grey, valid, u, v, from)) return fit;
+  if (!begin(from)) return fit;
   Trial best{};
   double most = 0.0;
   search(least_across_px, best, most);
   if (most <= 0.0) return fit;
-  const Sums s = sums(best, 1);
+  const Sums s = sums(best);
   fit.du_px = best.a * cos_ - best.b * sin_;
   fit.dv_px = best.a * sin_ + best.b * cos_;
   fit.across_px = best.across;

@@ -99,12 +99,14 @@ class ShadowFitter {
   /// `away_from_sun`: unit vector in the pixel grid.
   ShadowFitter(const Vec2& away_from_sun, double tan_elevation);
 
-  /// Fits around (u, v), half widths `least_across_px` to the most of `from`. Pixels beyond the view and
-  /// those whose `valid` is 0 (no view: all are valid) count as ground. `found` is false where they are many,
-  /// and where the darkest sample near (u, v) is neither three of the ground's standard deviations below it
-  /// nor 0.4 of its level: on patched ground the former would be more than all light there is.
-  ShadowFit fit(const ImageU8& grey, const ImageU8& valid, int u, int v, double least_across_px,
-                ShadowGround from = ShadowGround::kWide);
+  /// Pixels beyond the view and those whose `valid` is 0 (no view: all are valid) count as ground.
+  void look_at(const ImageU8& grey, const ImageU8& valid, int u, int v);
+
+  /// Fits around the spot looked at, half widths `least_across_px` to the most of `from`. `found` is false
+  /// where many pixels are not there, and where the darkest sample near the spot is neither three of the
+  /// ground's standard deviations below it nor 0.4 of its level: on patched ground the former would be more
+  /// than all light there is.
+  ShadowFit fit(double least_across_px, ShadowGround from);
 
  private:
   struct Trial {
@@ -119,28 +121,38 @@ class ShadowFitter {
   struct Hollow {
     double a, b, radius, arc, shift, tilt;
   };
+  /// Of a row: darkness, ground minus grey in 1/16 levels, and its sum before.
+  struct Sample {
+    double dark, before;
+  };
   struct RowSums;
+  struct Rows;
+  struct Between;
   static constexpr int kWays = 7;  ///< to move a trial
+  static constexpr std::size_t kMostRows = 2 * static_cast<std::size_t>(2.2 * kFitMostAcross_px + 2.0) + 1;
 
-  bool begin(const ImageU8& grey, const ImageU8& valid, int u, int v, ShadowGround from);
+  bool begin(ShadowGround from);
   int look(int a, int b) const;
-  void sample_row(int row);
-  const std::int32_t* row_samples(int row);
+  const std::int16_t* row_grey(int row);
+  const Sample* row_samples(int row);
   double core_depth();
   RowSums row_sums(int row);
   double part(int row, double from, double to);  ///< darkness summed
-  Sums sums(const Trial& t, int every);          ///< over every n-th row
-  double value(const Trial& t, int every);
-  /// Takes a trial that explains more; true where it does.
-  bool consider(const Trial& t, int every, Trial& best, double& most);
-  bool consider(const Trial& t, int every, Trial& best, double& most, double& most_here);
+  Rows rows(double b, double half_width) const;
+  template <std::size_t kCount>
+  std::array<Sums, kCount> sums(const Trial& t, const std::array<double, kCount>& a, const Rows& rows,
+                                int every);
+  Sums sums(const Trial& t);
+  double prior(const Trial& t) const;
+  double value(const Sums& s, double prior, int every) const;  ///< what a trial explains
+  double try_places(double across, Trial& best, double& most);
   void search(double least_across_px, Trial& best, double& most);
-  bool improve(double step, double least_across_px, Trial& best, double& most);
+  void improve(double step, double least_across_px, Trial& best, double& most);
   static Trial moved(Trial t, int way, double by);  ///< by: share of the size
   bool allowed(const Trial& t, double least_across_px) const;
   void measure(const Trial& t, ShadowFit& fit);
   void measure_around(const Trial& t, ShadowFit& fit);
-  double darkness(double a, double b);  ///< between samples
+  Between between_rows(double b);
   void picture(const Trial& t, ShadowFit& fit);
   Sums sums(const Hollow& h);
   double value(const Hollow& h);
@@ -151,16 +163,17 @@ class ShadowFitter {
   double tan_elevation_;
   double most_slope_;
   int half_rows_, half_columns_;
-  std::int64_t cos16_, sin16_;
+  int cos16_, sin16_;
   ImageU8 grey_, valid_;  ///< of the spot in hand
   int u_ = 0, v_ = 0;
   bool whole_ = false;  ///< the window has all of its pixels
   double most_across_ = kFitMostAcross_px;
   double ground_ = 0.0, noise_ = 0.0, depth_ = 0.0;
-  std::vector<std::int32_t> samples_;  ///< ground minus grey, 1/16; rows are sampled as they are asked for
-  std::vector<std::uint8_t> absent_;   ///< 1 where there is no pixel
-  std::vector<std::int32_t> sum_;      ///< along rows, exclusive
-  std::vector<std::uint8_t> ready_;    ///< rows
+  std::size_t pitch_;                 ///< of rows; they are looked at and sampled as they are asked for
+  std::vector<std::int16_t> grey16_;  ///< 1/16; -1 where there is no pixel
+  std::vector<Sample> samples_;
+  std::vector<std::uint8_t> looked_;  ///< rows of the spot in hand
+  std::vector<std::uint8_t> ready_;   ///< rows of its ground in hand
 };
 
 }  // namespace cairn::ground

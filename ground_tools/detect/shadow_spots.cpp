@@ -1,6 +1,7 @@
 #include "detect/shadow_spots.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace cairn::ground {
@@ -46,105 +47,110 @@ void mean_row_of_valid(const RowPair& grey, const RowPair& valid, int width, std
   }
 }
 
-/// Sums over boxes of valid pixels, and how many they are.
+/// Sums over boxes of valid pixels, and how many those are, about one row after the other.
 class BoxSums {
  public:
-  BoxSums(const ImageU8& grey, const ImageU8& valid)
-      : width_(grey.width), height_(grey.height), all_valid_(valid.data == nullptr) {
-    const std::size_t pitch = static_cast<std::size_t>(width_) + 1;
-    sum_.assign(pitch * (static_cast<std::size_t>(height_) + 1), 0);
-    if (!all_valid_) count_.assign(sum_.size(), 0);
-    for (int y = 0; y < height_; ++y) {
-      const std::uint8_t* g = grey.row(y);
-      const std::uint32_t* above = &sum_[static_cast<std::size_t>(y) * pitch];
-      std::uint32_t* here = &sum_[static_cast<std::size_t>(y + 1) * pitch];
-      std::uint32_t total = 0;
-      if (all_valid_) {
-        for (int x = 0; x < width_; ++x) {
-          total += g[x];
-          here[x + 1] = above[x + 1] + total;
-        }
-        continue;
-      }
-      const std::uint8_t* v = valid.row(y);
-      const std::uint32_t* count_above = &count_[static_cast<std::size_t>(y) * pitch];
-      std::uint32_t* count_here = &count_[static_cast<std::size_t>(y + 1) * pitch];
-      std::uint32_t n = 0;
-      for (int x = 0; x < width_; ++x) {
-        if (v[x] != 0) {
-          total += g[x];
-          ++n;
-        }
-        here[x + 1] = above[x + 1] + total;
-        count_here[x + 1] = count_above[x + 1] + n;
-      }
-    }
+  BoxSums(const GreyTile& tile, int radius, int first_row)
+      : grey_(tile.grey), valid_(tile.valid), radius_(radius), row_(first_row - 1) {
+    column_.assign(static_cast<std::size_t>(grey_.width), {0, 0});
+    sum_.resize(column_.size() + 1);
+    for (int y = std::max(0, row_ - radius); y <= std::min(grey_.height - 1, row_ + radius); ++y) add(y, 1U);
   }
-  /// Box around (x, y), cut at the rim. Differences are right although sums wrap.
-  void box(int x, int y, int radius, std::uint32_t& sum, std::uint32_t& count) const {
-    const int x0 = std::max(0, x - radius);
-    const int y0 = std::max(0, y - radius);
-    const int x1 = std::min(width_, x + radius + 1);
-    const int y1 = std::min(height_, y + radius + 1);
-    const std::size_t pitch = static_cast<std::size_t>(width_) + 1;
-    const auto at = [&](const std::vector<std::uint32_t>& s) {
-      return s[y1 * pitch + x1] - s[y0 * pitch + x1] - s[y1 * pitch + x0] + s[y0 * pitch + x0];
-    };
-    sum = at(sum_);
-    count = all_valid_ ? static_cast<std::uint32_t>((x1 - x0) * (y1 - y0)) : at(count_);
+  void next_row() {
+    ++row_;
+    if (row_ - radius_ > 0) add(row_ - radius_ - 1, ~0U);
+    if (row_ + radius_ < grey_.height) add(row_ + radius_, 1U);
+    Box total{0, 0};
+    for (std::size_t x = 0; x < column_.size(); ++x) {
+      sum_[x] = total;
+      total.sum += column_[x].sum;
+      total.count += column_[x].count;
+    }
+    sum_.back() = total;
+  }
+  struct Box {
+    std::uint32_t sum, count;
+
+    std::uint32_t mean16() const { return count == kWhole ? 16 * sum / kWhole : 16 * sum / count; }
+  };
+  /// Around column x of the row.
+  Box box(int x) const {
+    const Box& from = sum_[static_cast<std::size_t>(std::max(0, x - radius_))];
+    const Box& to = sum_[static_cast<std::size_t>(std::min(grey_.width, x + radius_ + 1))];
+    return {to.sum - from.sum, to.count - from.count};
   }
 
  private:
-  int width_;
-  int height_;
-  bool all_valid_;
-  std::vector<std::uint32_t> sum_;
-  std::vector<std::uint32_t> count_;
+  static constexpr std::uint32_t kWhole = (2 * kFarRadius + 1) * (2 * kFarRadius + 1);
+
+  void add(int y, std::uint32_t times) {
+    const std::uint8_t* const g = grey_.row(y);
+    const std::uint8_t* const v = valid_.data == nullptr ? nullptr : valid_.row(y);
+    for (std::size_t x = 0; x < column_.size(); ++x) {
+      const std::uint32_t n = v == nullptr || v[x] != 0 ? times : 0U;
+      column_[x].sum += n * g[x];
+      column_[x].count += n;
+    }
+  }
+
+  ImageU8 grey_, valid_;
+  int radius_;
+  int row_;
+  std::vector<Box> column_;
+  std::vector<Box> sum_;  ///< along the row, exclusive
 };
 
-/// Darkness of spots below their surroundings in 1/16 grey levels; 0 where it is less than asked for.
-std::vector<std::uint16_t> darkness(const ImageU8& grey, const ImageU8& valid, const PixelRect& where,
-                                    double seed_contrast) {
-  const BoxSums sums(grey, valid);
-  const auto share = static_cast<std::uint32_t>(std::lround(seed_contrast * 256.0));
-  std::vector<std::uint16_t> dark(static_cast<std::size_t>(where.width) * where.height, 0);
-  for (int y = 0; y < where.height; ++y) {
-    for (int x = 0; x < where.width; ++x) {
-      std::uint32_t near = 0, near_n = 0, far = 0, far_n = 0;
-      sums.box(where.x0 + x, where.y0 + y, kNearRadius, near, near_n);
-      if (near_n == 0) continue;
-      sums.box(where.x0 + x, where.y0 + y, kFarRadius, far, far_n);
-      const std::uint32_t ground = 16 * far / far_n;
-      const std::uint32_t spot = 16 * near / near_n;
-      if (spot + ground * share / 256 >= ground || spot + 16 * kLeastStep_dn >= ground) continue;
-      dark[static_cast<std::size_t>(y) * where.width + x] = static_cast<std::uint16_t>(ground - spot);
-    }
-  }
-  return dark;
-}
+/// Darkness of spots below their surroundings in 1/16 grey levels, row by row; 0 where it is less than asked
+/// for. Of the rows the last five are there.
+class DarkRows {
+ public:
+  static constexpr int kKept = 2 * kMaximumRadius + 1;
 
-/// Maxima over 5 x 5; of equals, the first by row and column.
-std::vector<Spot> maxima(const std::vector<std::uint16_t>& dark, const PixelRect& where) {
-  std::vector<Spot> spots;
-  for (int y = 0; y < where.height; ++y) {
-    for (int x = 0; x < where.width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * where.width + x;
-      if (dark[i] == 0) continue;
-      bool highest = true;
-      for (int dy = -kMaximumRadius; highest && dy <= kMaximumRadius; ++dy) {
-        for (int dx = -kMaximumRadius; highest && dx <= kMaximumRadius; ++dx) {
-          if ((dx == 0 && dy == 0) || x + dx < 0 || y + dy < 0 || x + dx >= where.width ||
-              y + dy >= where.height)
-            continue;
-          const std::uint16_t other = dark[i + static_cast<std::ptrdiff_t>(dy) * where.width + dx];
-          const bool earlier = dy < 0 || (dy == 0 && dx < 0);
-          highest = earlier ? other < dark[i] : other <= dark[i];
-        }
-      }
-      if (highest) spots.push_back({where.x0 + x, where.y0 + y});
+  DarkRows(const GreyTile& tile, const PixelRect& where, double least_share)
+      : near_(tile, kNearRadius, where.y0),
+        far_(tile, kFarRadius, where.y0),
+        x0_(where.x0),
+        share_(static_cast<std::uint32_t>(std::lround(least_share * 256.0))) {
+    for (auto& row : rows_) row.resize(static_cast<std::size_t>(where.width));
+  }
+  void next_row() {
+    near_.next_row();
+    far_.next_row();
+    std::vector<std::uint16_t>& dark = rows_[static_cast<std::size_t>(++y_ % kKept)];
+    for (std::size_t x = 0; x < dark.size(); ++x) {
+      const int u = x0_ + static_cast<int>(x);
+      const BoxSums::Box near = near_.box(u);
+      dark[x] = 0;
+      if (near.count == 0) continue;
+      const std::uint32_t ground = far_.box(u).mean16();
+      const std::uint32_t spot = near.mean16();
+      if (spot + ground * share_ / 256 >= ground || spot + 16 * kLeastStep_dn >= ground) continue;
+      dark[x] = static_cast<std::uint16_t>(ground - spot);
     }
   }
-  return spots;
+  const std::vector<std::uint16_t>& row(int y) const { return rows_[static_cast<std::size_t>(y % kKept)]; }
+
+ private:
+  BoxSums near_, far_;
+  int x0_;
+  std::uint32_t share_;
+  int y_ = -1;
+  std::array<std::vector<std::uint16_t>, kKept> rows_;
+};
+
+/// Maximum over 5 x 5; of equals, the first by row and column.
+bool is_maximum(const DarkRows& dark, const PixelRect& where, int x, int y) {
+  const std::uint16_t here = dark.row(y)[static_cast<std::size_t>(x)];
+  if (here == 0) return false;
+  for (int v = std::max(0, y - kMaximumRadius); v <= std::min(where.height - 1, y + kMaximumRadius); ++v) {
+    const std::vector<std::uint16_t>& row = dark.row(v);
+    for (int u = std::max(0, x - kMaximumRadius); u <= std::min(where.width - 1, x + kMaximumRadius); ++u) {
+      const std::uint16_t other = row[static_cast<std::size_t>(u)];
+      const bool earlier = v < y || (v == y && u < x);
+      if (other > here || (earlier && other == here)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -184,7 +190,16 @@ PyramidLevel halved(const PyramidLevel& level) {
 }
 
 std::vector<Spot> dark_spots(const GreyTile& tile, const PixelRect& where, double least_share) {
-  return maxima(darkness(tile.grey, tile.valid, where, least_share), where);
+  DarkRows dark(tile, where, least_share);
+  std::vector<Spot> spots;
+  for (int below = 0; below < where.height + kMaximumRadius; ++below) {
+    if (below < where.height) dark.next_row();
+    const int y = below - kMaximumRadius;
+    if (y < 0) continue;
+    for (int x = 0; x < where.width; ++x)
+      if (is_maximum(dark, where, x, y)) spots.push_back({where.x0 + x, where.y0 + y});
+  }
+  return spots;
 }
 
 }  // namespace cairn::ground

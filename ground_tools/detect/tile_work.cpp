@@ -5,7 +5,7 @@
 namespace cairn::ground {
 namespace {
 
-constexpr int kShadowTilePx = 4096;
+constexpr int kShadowTilePx = 6144;
 
 /// A FoundBoulder as plain numbers.
 struct Plain {

@@ -190,19 +190,23 @@ void bench(const std::string& cairn, const fs::path& folder, int side, bool spar
   const fs::path image = folder / fmt::format("field_{}.tif", side);
   const fs::path map = folder / fmt::format("field_{}.cmap", side);
   make_image(image, side, sparse);
-  for (const char* threads : {"2", "1"}) {
-    if (sparse && threads[0] == '1') continue;
+  const auto map_build = [&](const char* method, const char* sun, const char* threads) {
     const Run run = run_child([&] {
       const int nowhere = ::open("/dev/null", O_WRONLY);
       ::dup2(nowhere, STDOUT_FILENO);
       ::execl(cairn.c_str(), cairn.c_str(), "map", "build", image.c_str(), "-o", map.c_str(), "--method",
-              "otsu", "--threads", threads, nullptr);
+              method, "--threads", threads, sun, nullptr);
       std::_Exit(127);
     });
-    print(fmt::format("cairn map build, {} thread{}{}", threads, threads[0] == '1' ? "" : "s",
+    print(fmt::format("{}, {} thread{}{}", method, threads, threads[0] == '1' ? "" : "s",
                       sparse ? ", sparse" : "")
               .c_str(),
           side, run);
+  };
+  map_build("otsu", nullptr, "2");
+  if (!sparse) {
+    map_build("otsu", nullptr, "1");
+    map_build("shadow", "--sun=35,270", "2");  // shadows lie to the right
   }
   const double need_mib = 8.0 * side * side / 1048576.0;
   if (!sparse && available_mib() > 1.2 * need_mib) {

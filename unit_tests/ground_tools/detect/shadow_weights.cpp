@@ -48,15 +48,17 @@ struct Image {
   int width, height;
   std::vector<TableBoulder> rocks;
   std::vector<ShadowCandidate> fits;
+  std::vector<ShadowFeatures> features;  ///< by ShadowCandidate::fit
 };
 
 Image image_of(const test::Raster& raster, const Sun& sun, const std::vector<TableBoulder>& rocks) {
-  Image image{shadow_view(sun, raster.geo), raster.geo, raster.width, raster.height, rocks, {}};
+  Image image{shadow_view(sun, raster.geo), raster.geo, raster.width, raster.height, rocks, {}, {}};
   ShadowParams params;
   params.min_confidence = 0.0;
   const PixelRect all{0, 0, raster.width, raster.height};
-  image.fits =
-      shadow_candidates({all, raster.grey_view(), raster.valid_view()}, all, image.view, params).boulders;
+  image.fits = shadow_candidates({all, raster.grey_view(), raster.valid_view()}, all, image.view, params,
+                                 &image.features)
+                   .boulders;
   return image;
 }
 
@@ -150,16 +152,17 @@ std::vector<Image> gathered(const Seeds (&seeds)[kCount], const std::filesystem:
 void rate(const ShadowModel& model, std::vector<Image>& images) {
   for (Image& image : images) {
     for (ShadowCandidate& c : image.fits) {
-      const ShadowBody body = shadow_body(c.features, 0.5 * outline_px(c), model);
+      const ShadowBody body = shadow_body(image.features[c.fit], 0.5 * outline_px(c), model);
       c.towards_sun_px = body.towards_sun * 0.5 * outline_px(c);
       c.diameter_px = body.size * outline_px(c);
-      c.confidence = shadow_confidence(c.features, model);
+      c.confidence = shadow_confidence(image.features[c.fit], model);
     }
   }
 }
 
 void add(const ShadowCandidate& c, const Image& image, const ShadowModel& model, Set& set) {
-  if (in_range(c, image)) set.push_back({scaled(c.features, model), {is_boulder(c, image) ? 1.0 : 0.0}});
+  if (in_range(c, image))
+    set.push_back({scaled(image.features[c.fit], model), {is_boulder(c, image) ? 1.0 : 0.0}});
 }
 
 Set fits(const std::vector<Image>& images, const ShadowModel& model) {
@@ -187,7 +190,7 @@ void standardise(const std::vector<Image>& images, ShadowModel& model) {
   const auto each = [&](const auto& visit) {
     for (const Image& image : images)
       for (const ShadowCandidate& c : image.fits)
-        for (std::size_t i = 0; i < kShadowFeatures; ++i) visit(i, c.features[i]);
+        for (std::size_t i = 0; i < kShadowFeatures; ++i) visit(i, image.features[c.fit][i]);
   };
   for (const Image& image : images) n += static_cast<double>(image.fits.size());
   each([&](std::size_t i, double f) { sum[i] += f; });
@@ -228,7 +231,7 @@ Bodies bodies(const std::vector<Image>& images, const ShadowModel& model) {
       const double log_size = std::log(rock->diameter_m / (outline_px(c) * pixel_m));
       if (std::fabs(log_size) > kMostLogSize) continue;
       const double towards_px = towards_sun_px(c, *rock, image);
-      set.push_back({scaled(c.features, model), {2.0 * towards_px / outline_px(c), log_size}});
+      set.push_back({scaled(image.features[c.fit], model), {2.0 * towards_px / outline_px(c), log_size}});
     }
   }
   return set;
