@@ -521,6 +521,22 @@ void test_no_jump_without_a_frame_before(void**) {
   assert_true(tracks.jumped());
 }
 
+/// Nor where the frame before saw little of what is in view now: the rest is new, and no miss.
+void test_no_jump_out_of_the_dark(void**) {
+  tracks.init(show_all());
+  for (std::uint32_t frame = 1; frame <= 20; ++frame)
+    update({{0.0, 0.0}, {1.0, 0.0}, {2.0, 0.0}, {0.0, 1.0}, {1.0, 1.0}, {2.0, 1.0}}, frame);
+  assert_at_most(tracks.jump_log(), -1.0);
+  update({{0.0, 0.0}, {1.0, 0.0}}, 21);
+  update({{0.0, 0.0}, {1.0, 0.0}, {4.0, 0.0}, {5.0, 0.0}, {6.0, 0.0}, {4.0, 1.0}, {5.0, 1.0}, {6.0, 1.0}},
+         22);
+  assert_near(tracks.jump_log(), 0.0, 0.0);
+  // With half of them seen the frame before it is asked again, and they are where they were.
+  update({{0.0, 0.0}, {1.0, 0.0}, {4.0, 0.0}, {5.0, 0.0}, {6.0, 0.0}, {4.0, 1.0}, {5.0, 1.0}, {6.0, 1.0}},
+         23);
+  assert_at_most(tracks.jump_log(), -1.0);
+}
+
 }  // namespace
 
 int main() {
@@ -549,6 +565,7 @@ int main() {
       cmocka_unit_test(test_a_jump_shows_at_its_frame),
       cmocka_unit_test(test_a_jump_shows_among_few),
       cmocka_unit_test(test_no_jump_without_a_frame_before),
+      cmocka_unit_test(test_no_jump_out_of_the_dark),
   };
   return cmocka_run_group_tests_name("localizer/boulder_tracks", tests, nullptr, nullptr);
 }

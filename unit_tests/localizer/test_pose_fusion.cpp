@@ -1021,6 +1021,56 @@ void test_a_claim_that_agrees_counts(void**) {
   assert_near(fusion.sigma_xy_m(), 0.05, 1e-12);
 }
 
+/// A claim of nothing at all to be wrong counts for half of what the fix says, its part in the map's own
+/// error included: a third of the correction is taken back, and the variance is a third of the fix's.
+void test_the_most_that_a_claim_counts(void**) {
+  const FusionParams p;
+  const Mat3 R = diagonal(0.03, 0.01);
+  PoseFusion fusion;
+  fusion.init(p, 1e-6, 1e-6);
+  fusion.snapshot();
+  const Vec3 z(0.02, -0.01, 0.002);
+  const FusionResult r = fusion.prove({z, R});
+  assert_status(r.status, FusionStatus::kFused);
+  assert_near(r.at_snapshot.x_m, z[0] / 3.0, 1e-9);
+  assert_near(r.at_snapshot.y_m, z[1] / 3.0, 1e-9);
+  assert_near(r.at_snapshot.yaw_rad, z[2] / 3.0, 1e-9);
+  const double n_xy = 0.03 * 0.03 + p.common_xy_m * p.common_xy_m;
+  const double n_yaw = 0.01 * 0.01 + p.common_yaw_rad * p.common_yaw_rad;
+  assert_near(fusion.covariance()(0, 0), n_xy / 3.0, 1e-9);
+  assert_near(fusion.covariance()(2, 2), n_yaw / 3.0, 1e-9);
+}
+
+/// Way on motion priors, be they exact, goes aside by as much as the heading was not known.
+void test_coasting_on_an_uncertain_heading(void**) {
+  FusionParams p;
+  p.prior_share = p.prior_sigma_rad = 0.0;
+  for (const double off : {-2.9, 2.9}) {
+    PoseFusion fusion;
+    fusion.init(p, 0.001, 0.1);
+    for (int i = 1; i <= 100; ++i) {
+      fusion.coast(lift({0.06, 0.0, 0.0}));
+      const double way = 0.06 * i;
+      const double aside = 2.0 * way * std::sin(std::fabs(0.1 * off) / 2.0);
+      assert_at_most(aside, 3.0 * fusion.sigma_xy_m());
+    }
+  }
+}
+
+/// What fixes have told of the map's own error is not forgotten with the pose: it is the map's.
+void test_a_lost_pose_keeps_the_map(void**) {
+  const FusionParams p;
+  PoseFusion fusion;
+  fusion.init(p, 1e-4, 1e-5);
+  for (int i = 0; i < 20; ++i)
+    assert_status(fuse(fusion, Vec3(0.0, 0.0, 0.0), diagonal(0.005, 0.001)).status, FusionStatus::kFused);
+  fusion.lose();
+  fusion.snapshot();
+  assert_status(fusion.relocate({Vec3(3.0, 0.0, 0.0), diagonal(0.005, 0.001)}).status, FusionStatus::kFused);
+  assert_near(fusion.sigma_xy_m(), 0.005, 0.0005);
+  assert_near(fusion.sigma_yaw_rad(), 0.001, 0.0001);
+}
+
 /// What was hidden before a fix adds nothing to what is hidden after it.
 void test_a_fix_ends_a_run(void**) {
   const FusionParams p;
@@ -1115,6 +1165,9 @@ int main() {
       cmocka_unit_test(test_a_lost_pose_may_be_anywhere),
       cmocka_unit_test(test_a_false_claim_stays_within_its_sigmas),
       cmocka_unit_test(test_a_claim_that_agrees_counts),
+      cmocka_unit_test(test_the_most_that_a_claim_counts),
+      cmocka_unit_test(test_coasting_on_an_uncertain_heading),
+      cmocka_unit_test(test_a_lost_pose_keeps_the_map),
       cmocka_unit_test(test_a_fix_ends_a_run),
       cmocka_unit_test(test_late_relocation),
       cmocka_unit_test(test_another_map_has_its_own_error),

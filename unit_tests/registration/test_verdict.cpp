@@ -310,6 +310,97 @@ void test_scale_is_found(void**) {
   assert_true(free > job.result().log_ratio + 10.0);
 }
 
+/// The expected number of true pairs, whatever the share: each by its density over that and the null's.
+void test_matched_is_the_formula(void**) {
+  Random random(21);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  for (const double share : {0.1, 0.5, 0.9}) {
+    params.match_share = share;
+    lay(random, 2.0, 12, 8, 0.06);
+    weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+    assert_status(job.status(), EvidenceStatus::kDone);
+    const Hypothesis& h = job.result().pose;
+    double want = 0.0;
+    for (const Sighting& s : seen) {
+      const double c = std::cos(h.yaw_rad);
+      const double t = std::sin(h.yaw_rad);
+      const Vec2 at(h.x_m + c * s.x_m - t * s.y_m, h.y_m + t * s.x_m + c * s.y_m);
+      const double s2 = s.sigma_m * s.sigma_m;
+      double density = 0.0;
+      for (const MapBoulder& b : map_boulders) {
+        const double r2 = (b.p_map_m - kCentre - at).squaredNorm();
+        if (r2 <= 16.0 * s2) density += std::exp(-r2 / (2.0 * s2)) / (2.0 * kPi * s2);
+      }
+      want += share * density / ((1.0 - share) * ground.density(at.x(), at.y()) + share * density);
+    }
+    assert_near(job.result().matched, want, 1e-6);
+  }
+}
+
+/// Pairs that agree better than they are said to are believed to be better, by ten degrees of freedom against
+/// their own, 2 n - 3, and fourfold at the most.
+void test_covariance_of_pairs_that_agree_well(void**) {
+  for (const int truths : {3, 5, 8, 40}) {
+    Random random(22);
+    EvidenceParams params;
+    params.sigma_pair_m = 0.02;
+    lay(random, truths < 10 ? 0.1 : 0.6, truths, 0, 0.0);
+    weigh(params, flat_prior(kTruth, 1.0, 0.1), kTruth);
+    assert_status(job.status(), EvidenceStatus::kDone);
+    assert_near(job.result().matched, truths, 0.02 * truths);
+    Mat3 information = Mat3::Zero();
+    for (const Sighting& s : seen) {
+      const double x = std::cos(kYaw) * s.x_m - std::sin(kYaw) * s.y_m;
+      const double y = std::sin(kYaw) * s.x_m + std::cos(kYaw) * s.y_m;
+      Eigen::Matrix<double, 2, 3> H;
+      H << 1.0, 0.0, -y, 0.0, 1.0, x;
+      information += H.transpose() * H / (0.02 * 0.02);
+    }
+    const double own = 10.0 / (10.0 + 2.0 * truths - 3.0);
+    const Mat3 want = (own > 0.25 ? own : 0.25) * Mat3(information.inverse());
+    const Mat3 got = job.result().covariance.topLeftCorner<3, 3>();
+    for (int i = 0; i < 3; ++i) assert_near(got(i, i), want(i, i), 0.03 * want(i, i));
+  }
+}
+
+/// Of the fix without the prior: it lies farther off than where the prior has pulled it.
+void test_innovation_is_of_the_fix_alone(void**) {
+  Random random(23);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  lay(random, 0.3, 16, 0, 0.02);
+  weigh(params, flat_prior(kTruth, 1.0, 0.1), kTruth);
+  const Hypothesis alone = job.result().pose;
+  const PosePrior prior = prior_of(0.01, 0.002, {0.03, -0.02, kYaw + 0.004, 1.0});
+  weigh(params, prior, kTruth);
+  const auto from = [&](const Hypothesis& h) {
+    return Vec3(h.x_m - prior.mean.x_m, h.y_m - prior.mean.y_m, h.yaw_rad - prior.mean.yaw_rad);
+  };
+  const Vec3 held = prior.information * from(job.result().pose);
+  assert_near(job.result().chi2, from(job.result().pose).dot(held), 1e-9);
+  const double want = from(alone).dot(held);  // d' (P + C)^-1 d
+  assert_near(job.result().innovation2, want, 0.05 * want);
+  assert_at_least(job.result().innovation2, 1.5 * job.result().chi2);
+}
+
+/// A size that is wholly wrong is a size mistaken, one in ten, and not proof of another boulder.
+void test_sizes_mistaken(void**) {
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  params.size_sigma = 0.2;
+  double S[2] = {};
+  for (const bool known : {false, true}) {
+    Random random(24);
+    lay(random, 0.2, 12, 0, 0.02);
+    for (MapBoulder& b : map_boulders) b.diameter_m = 0.2F;
+    for (LocalBoulder& b : local_map) b.diameter_m = known ? 4.0F : 0.0F;
+    weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
+    S[known ? 1 : 0] = job.result().S;
+  }
+  assert_near(S[1] - S[0], 12.0 * std::log(0.1), 2.0);
+}
+
 void test_nothing_near_diverges(void**) {
   Random random(9);
   lay(random, 0.05, 3, 0, 0.0);
@@ -595,6 +686,46 @@ void test_decoys(void**) {
   assert_status(v.status, VerdictStatus::kChanceAgreement);
 }
 
+/// The distance from the prior takes off what decoys are held against, and is why a fix off the prior is told
+/// as such though its ratio is too low.
+void test_distance_from_the_prior(void**) {
+  const VerdictParams params;
+  const PosePrior prior = prior_of(0.1, 0.02, kTruth);
+  Decoys decoys;
+  decoys.log_volume = 1.0;
+  assert_true(decoys.scores.push_back(5.0));
+  Evidence e = strong();
+  const double at_mean = judge(params, e, -1e3, prior, decoys).chance_log;
+  e.chi2 = 8.0;
+  assert_near(judge(params, e, -1e3, prior, decoys).chance_log, at_mean - 4.0, 1e-9);
+  e.chi2 = 24.0;
+  e.innovation2 = params.innovation2_limit + 0.01;
+  e.log_ratio = params.ln_threshold - params.calibration - 11.9;
+  assert_status(judge(params, e, -1e3, prior, decoys).status, VerdictStatus::kInconsistentWithPrior);
+  e.log_ratio -= 0.2;
+  assert_status(judge(params, e, -1e3, prior, decoys).status, VerdictStatus::kTooLittleEvidence);
+}
+
+/// theta as the header has it: the mean excess of the best twelve over what scattered boulders reach, or over
+/// the thirteenth, with four of 1 mixed in.
+void test_tail_of_decoys(void**) {
+  const VerdictParams params;
+  const PosePrior prior = prior_of(0.1, 0.02, kTruth);
+  Decoys decoys;
+  decoys.log_volume = 1.0;
+  const double reached = 1.0 - strong().log_volume;
+  double sum = 0.0;
+  for (int i = 0; i < 12; ++i) {
+    assert_true(decoys.scores.push_back(reached + 5.0 + i));
+    sum += 5.0 + i;
+    assert_near(judge(params, strong(), -1e3, prior, decoys).theta, (4.0 + sum) / (5.0 + i), 1e-12);
+  }
+  assert_true(decoys.scores.push_back(reached - 0.1));  // what scattered boulders reach tells nothing
+  assert_near(judge(params, strong(), -1e3, prior, decoys).theta, (4.0 + sum) / 16.0, 1e-12);
+  assert_true(decoys.scores.push_back(reached + 2.0));
+  assert_near(judge(params, strong(), -1e3, prior, decoys).theta, (4.0 + sum - 12.0 * 2.0) / 16.0, 1e-12);
+}
+
 }  // namespace
 
 int main() {
@@ -608,6 +739,10 @@ int main() {
       cmocka_unit_test(test_sizes),
       cmocka_unit_test(test_covariance_holds),
       cmocka_unit_test(test_scale_is_found),
+      cmocka_unit_test(test_matched_is_the_formula),
+      cmocka_unit_test(test_covariance_of_pairs_that_agree_well),
+      cmocka_unit_test(test_innovation_is_of_the_fix_alone),
+      cmocka_unit_test(test_sizes_mistaken),
       cmocka_unit_test(test_nothing_near_diverges),
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_slices_give_the_same),
@@ -620,6 +755,8 @@ int main() {
       cmocka_unit_test(test_boulders_in_view),
       cmocka_unit_test(test_view_log_is_a_bound),
       cmocka_unit_test(test_decoys),
+      cmocka_unit_test(test_distance_from_the_prior),
+      cmocka_unit_test(test_tail_of_decoys),
   };
   return cmocka_run_group_tests_name("registration/verdict", tests, nullptr, nullptr);
 }
