@@ -123,6 +123,15 @@ std::string rig_words(const Replay& replay) {
   return words;
 }
 
+std::string heights_words(const LocalizerHealth& health) {
+  if (std::accumulate(health.heights.begin(), health.heights.end(), 0U) == 0) return {};
+  const auto count = [&health](AttitudeStatus status) {
+    return health.heights[static_cast<std::size_t>(status)];
+  };
+  return fmt::format("heights of the map: taken {} times, inconsistent {}", count(AttitudeStatus::kFused),
+                     count(AttitudeStatus::kInconsistent));
+}
+
 std::string truth_words(const RunErrors& errors, const Replay& replay) {
   constexpr double kLeastPath_m = 0.3, kMostScale = 1.25, kMostOff = 0.25;
   if (!errors.vo || errors.vo->poses.size() != replay.vo.size() || errors.vo->path_m < kLeastPath_m)
@@ -232,9 +241,7 @@ void print_table(const Replay& replay, const RunErrors& errors) {
         "attitudes: gravity taken {} times, inconsistent {}; headings taken {} times, inconsistent {}\n",
         count(h.gravity, AttitudeStatus::kFused), count(h.gravity, AttitudeStatus::kInconsistent),
         count(h.headings, AttitudeStatus::kFused), count(h.headings, AttitudeStatus::kInconsistent));
-  if (std::accumulate(h.heights.begin(), h.heights.end(), 0U) > 0)
-    fmt::print("heights of the map: taken {} times, inconsistent {}\n",
-               count(h.heights, AttitudeStatus::kFused), count(h.heights, AttitudeStatus::kInconsistent));
+  if (const std::string heights = heights_words(h); !heights.empty()) fmt::print("{}\n", heights);
   if (!vo || !corrected) {
     fmt::print("no truth in the data set: no errors are computed\n");
     return;

@@ -59,6 +59,9 @@ MotionCounts motion_counts(const Replay& replay);
 /// matches fake; else empty.
 std::string rig_words(const Replay& replay);
 
+/// One line on the ground held against the map's heights; empty where none was.
+std::string heights_words(const LocalizerHealth& health);
+
 /// Where VO and truth can hardly be of the same drive, a line that says so and what to look at; else empty:
 /// on 0.3 m or more, VO's path is longer or shorter by a quarter or more, or ends a quarter of it off.
 std::string truth_words(const RunErrors& errors, const Replay& replay);

@@ -65,6 +65,30 @@ void test_what_was_found_of_the_rig(void**) {
   assert_true(says(rig_words(replay), "1.00 px higher") && says(rig_words(replay), "0.25 px too short"));
 }
 
+void test_heights(void**) {
+  LocalizerHealth health;
+  assert_true(heights_words(health).empty());
+  health.heights[static_cast<std::size_t>(AttitudeStatus::kFused)] = 7;
+  health.heights[static_cast<std::size_t>(AttitudeStatus::kInconsistent)] = 2;
+  assert_string_equal(heights_words(health).c_str(), "heights of the map: taken 7 times, inconsistent 2");
+}
+
+/// In the summary each is told in its own field.
+void test_rig_in_the_summary(void**) {
+  Replay replay = drive(3, 0, VoStatus::kMotion);
+  replay.offset.rows_px = 1.5;
+  replay.offset.columns_px = -0.25;
+  replay.offset.lens = -0.125;
+  for (int i = 0; i < 4; ++i) replay.angles[i] = 0.5 * (i + 1);
+  replay.health.heights[static_cast<std::size_t>(AttitudeStatus::kFused)] = 7;
+  const nlohmann::ordered_json s = summary_json({}, replay, {});
+  const nlohmann::ordered_json rig = {{"rows_px", 1.5},       {"columns_px", -0.25}, {"lens", -0.125},
+                                      {"turn_x_rad", 0.5},    {"turn_z_rad", 1.0},   {"baseline_y_rad", 1.5},
+                                      {"baseline_z_rad", 2.0}};
+  assert_true(s["rig"] == rig);
+  assert_true(s["counts"]["heights"].size() == 1 && s["counts"]["heights"].begin().value() == 7);
+}
+
 }  // namespace
 
 int main() {
@@ -72,6 +96,8 @@ int main() {
       cmocka_unit_test(test_causes),
       cmocka_unit_test(test_counts),
       cmocka_unit_test(test_what_was_found_of_the_rig),
+      cmocka_unit_test(test_heights),
+      cmocka_unit_test(test_rig_in_the_summary),
   };
   return cmocka_run_group_tests_name("ground_tools/replay/summary", tests, nullptr, nullptr);
 }
