@@ -10,8 +10,6 @@ NEWLIB_CPU    := -m32 -mcpu=leon3
 NEWLIB_DEFS   :=
 LONG_DOUBLE   := -mlong-double-64
 ELF_MACHINE   := Sparc
-# Constructors that run once, before all else.
-$(B)/fsw/app/root.o: FLIGHT += -Os
 # What the flight library may ask of libgcc (libgcc_v8.c has it); nothing of libm.
 FLIGHT_NEEDS  := __udivdi3 __floatundidf
 DEPS_TARGET   := g++-multilib-sparc64-linux-gnu gcc-multilib-sparc64-linux-gnu qemu-system-sparc newlib-source
