@@ -153,6 +153,7 @@ void PoseFusion::init(const FusionParams& params, double sigma_xy_m, double sigm
   params_ = params;
   rates_ = rates_before_fix_ = {};
   hidden_ = run_ = {};
+  common_.setZero();
   P_ = errors_at_start(params, sigma_xy_m, sigma_yaw_rad);
   snapshot();
 }
@@ -160,6 +161,8 @@ void PoseFusion::init(const FusionParams& params, double sigma_xy_m, double sigm
 void PoseFusion::other_map(double common_xy_m) {
   params_.common_xy_m = common_xy_m;
   const double sigmas[] = {common_xy_m, common_xy_m, params_.common_yaw_rad};
+  common_.setZero();
+  snapshot_common_.setZero();
   for (ErrorCovariance* m : {&P_, &snapshot_P_}) {
     m->bottomRows<3>().setZero();
     m->rightCols<3>().setZero();
@@ -179,6 +182,7 @@ void PoseFusion::propagate(const PlanarStep& step) {
   if (step.sound) run_ = {};
   const ErrorGrowth g = growth(params_, step);
   P_ = grown(P_, g);
+  common_ *= g.F(5, 5);
   since_snapshot_.F = ErrorCovariance(g.F.lazyProduct(since_snapshot_.F));
   since_snapshot_.Q = grown(since_snapshot_.Q, g);
 }
@@ -262,6 +266,7 @@ double PoseFusion::sigma_yaw_rad() const { return std::sqrt(covariance()(2, 2));
 
 void PoseFusion::snapshot() {
   snapshot_P_ = P_;
+  snapshot_common_ = common_;
   since_snapshot_ = {};
 }
 
@@ -273,7 +278,8 @@ FusionResult PoseFusion::fuse(const FixOffset& fix, double fresh, double gate_ch
   FusionResult refused;
   if (!is_usable(fix) || !(fresh > 0.0 && fresh <= 1.0)) return refused;
   const Mat3 R = fix.covariance / fresh;
-  ErrorUpdate u = updated(snapshot_P_, fix.offset, R);
+  const Vec3 offset = fix.offset - snapshot_common_;
+  ErrorUpdate u = updated(snapshot_P_, offset, R);
   const double chi2 = u.chi2;
   refused.status = FusionStatus::kInconsistent;
   refused.chi2 = chi2;
@@ -283,7 +289,7 @@ FusionResult PoseFusion::fuse(const FixOffset& fix, double fresh, double gate_ch
     for (int i = 0; i < 8; ++i) {
       for (int j = 0; j < 8; ++j) snapshot_P_(i, j) *= (i < 5 ? wider : 1.0) * (j < 5 ? wider : 1.0);
     }
-    u = updated(snapshot_P_, fix.offset, R);
+    u = updated(snapshot_P_, offset, R);
     u.chi2 = chi2;
   }
   rates_before_fix_ = rates_;
@@ -305,7 +311,7 @@ FusionResult PoseFusion::prove(const FixOffset& fix) {
 FusionResult PoseFusion::relocate(const FixOffset& fix) {
   if (!is_usable(fix)) return {};
   rates_ = rates_before_fix_;
-  return take(updated(anywhere(snapshot_P_), fix.offset, fix.covariance), false);
+  return take(updated(anywhere(snapshot_P_), fix.offset - snapshot_common_, fix.covariance), false);
 }
 
 FusionResult PoseFusion::heading(double offset_rad, double variance_rad2) {
@@ -322,6 +328,7 @@ FusionResult PoseFusion::heading(double offset_rad, double variance_rad2) {
     for (int j = 0; j < 8; ++j) P_(i, j) -= Ph[i] * Ph[j] / S;
   }
   correct_rates(e);
+  common_ += e.tail<3>();
   out.at_snapshot = {e[0], e[1], wrap_angle(e[2])};
   return out;
 }
@@ -346,8 +353,10 @@ FusionResult PoseFusion::take(const ErrorUpdate& update, bool with_rates) {
     out.since = {F(0, 3) * k + F(0, 4) * w, F(1, 3) * k + F(1, 4) * w, F(2, 3) * k + F(2, 4) * w};
   }
   P_ = grown(update.P, since_snapshot_);
+  common_ = since_snapshot_.F(5, 5) * (snapshot_common_ + update.e.tail<3>());
   run_ = {};
   snapshot_P_ = P_;
+  snapshot_common_ = common_;
   since_snapshot_ = {};
   return out;
 }

@@ -14,9 +14,10 @@
 ///                  turn_walk^2 ds, (1 - a^2) common^2
 ///   fix        z = (x, y, yaw) + c + n,  cov(n) = R / fresh: `fresh` is the share of what it was made of
 ///              that no fix before it used
-///   gate       d = z' S^-1 z,  S = H P H' + R / fresh. Beyond gate_chi2 the fix is inconsistent and
-///              nothing changes. Beyond surprise_chi2 errors are larger than was believed (VO's rates are
-///              far outside their prior, say): first P of pose and rates is taken d / surprise_chi2 times.
+///   gate       d = u' S^-1 u,  u = z - c with c as it was estimated,  S = H P H' + R / fresh. Beyond
+///              gate_chi2 the fix is inconsistent and nothing changes. Beyond surprise_chi2 errors are
+///              larger than was believed (VO's rates are far outside their prior, say): first P of pose and
+///              rates is taken d / surprise_chi2 times.
 ///
 /// The first fix after a start meets a pose that somebody claimed. The claim counts no more than
 ///     P_ii >= n_i / 2,  n_i = R_ii + C_ii for x, y and yaw    (C: of c)
@@ -205,8 +206,10 @@ class PoseFusion {
   ErrorCovariance P_ = ErrorCovariance::Zero();
   Rates rates_;
   Rates rates_before_fix_;
-  Unseen hidden_;  ///< since VO's reference
-  Unseen run_;     ///< given up or doubted since the last sound step: in P
+  Unseen hidden_;               ///< since VO's reference
+  Unseen run_;                  ///< given up or doubted since the last sound step: in P
+  Vec3 common_ = Vec3::Zero();  ///< c, as it was estimated
+  Vec3 snapshot_common_ = Vec3::Zero();
   ErrorCovariance snapshot_P_ = ErrorCovariance::Zero();
   ErrorGrowth since_snapshot_;
 };
