@@ -202,22 +202,20 @@ struct ShadowFitter::RowSums {
   }
 };
 
-inline ShadowFitter::RowSums ShadowFitter::row_sums(int row) {
-  return {row_samples(row), static_cast<double>(half_columns_)};
-}
-
 double ShadowFitter::part(int row, double from, double to) {
-  const RowSums sums = row_sums(row);
+  const RowSums sums{row_samples(row), static_cast<double>(half_columns_)};
   return sums.to(to) - sums.to(from);
 }
 
-/// The rows that an outline of this middle and half width crosses, and w of each.
+/// The rows that an outline of this middle and half width crosses, w and samples of each. They are made ready
+/// here, so that the loops over them call nothing.
 struct ShadowFitter::Rows {
   int first, last;
   std::array<double, kMostRows> w;
+  std::array<const Sample*, kMostRows> samples;
 };
 
-ShadowFitter::Rows ShadowFitter::rows(double b, double half_width) const {
+ShadowFitter::Rows ShadowFitter::rows(double b, double half_width, int every) {
   Rows rows;
   rows.first = std::max(-half_rows_, ceil_of(b - half_width));
   rows.last = std::min(half_rows_, floor_of(b + half_width));
@@ -225,38 +223,43 @@ ShadowFitter::Rows ShadowFitter::rows(double b, double half_width) const {
   for (int row = rows.first; row <= rows.last; ++row)
     rows.w[static_cast<std::size_t>(row - rows.first)] =
         std::sqrt(std::max(0.0, 1.0 - (row - b) * (row - b) * scale));
+  for (int row = rows.first; row <= rows.last; row += every)
+    rows.samples[static_cast<std::size_t>(row - rows.first)] = row_samples(row);
   return rows;
 }
 
 /// Of the trials that are `t` but for their middles `a`; over every n-th row.
 template <std::size_t kCount>
 std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums(const Trial& t, const std::array<double, kCount>& a,
-                                                          const Rows& rows, int every) {
-  std::array<Sums, kCount> out = {};
+                                                          const Rows& rows, int every) const {
+  std::array<double, kCount> lit = {};
+  std::array<double, kCount> dark = {};
   double lit_n = 0.0;
   double dark_n = 0.0;
+  const double half = half_columns_;
   const double stretch = std::sqrt(1.0 + t.slope * t.slope);
   const double tip = t.along * stretch;
   const double terminator = t.along / stretch;
-  for (int row = rows.first; row <= rows.last; row += every) {
-    const double w = rows.w[static_cast<std::size_t>(row - rows.first)];
-    const RowSums sums = row_sums(row);
+  const auto count = static_cast<std::size_t>(std::max(0, rows.last - rows.first + 1));
+  for (std::size_t row = 0; row < count; row += static_cast<std::size_t>(every)) {
+    const double w = rows.w[row];
+    const RowSums sums{rows.samples[row], half};
     for (std::size_t i = 0; i < kCount; ++i) {
       const double before_dark = sums.to(a[i] + terminator * w);
-      out[i].lit += before_dark - sums.to(a[i] - t.along * w);
-      out[i].dark += sums.to(a[i] + tip * w) - before_dark;
+      lit[i] += before_dark - sums.to(a[i] - t.along * w);
+      dark[i] += sums.to(a[i] + tip * w) - before_dark;
     }
     lit_n += (t.along + terminator) * w;
     dark_n += (tip - terminator) * w;
   }
-  for (Sums& s : out) {
-    s.lit_n = lit_n;
-    s.dark_n = dark_n;
-  }
+  std::array<Sums, kCount> out;
+  for (std::size_t i = 0; i < kCount; ++i) out[i] = {lit_n, lit[i], dark_n, dark[i]};
   return out;
 }
 
-ShadowFitter::Sums ShadowFitter::sums(const Trial& t) { return sums<1>(t, {t.a}, rows(t.b, t.across), 1)[0]; }
+ShadowFitter::Sums ShadowFitter::sums(const Trial& t) {
+  return sums<1>(t, {t.a}, rows(t.b, t.across, 1), 1)[0];
+}
 
 double ShadowFitter::prior(const Trial& t) const {
   const double round = std::log(t.along / t.across);
@@ -278,7 +281,7 @@ double ShadowFitter::try_places(double across, Trial& best, double& most) {
   const int every = across > 4.0 ? 2 : 1;
   std::array<Rows, kPlaces> rows_of;
   for (int j = 0; j < kPlaces; ++j)
-    rows_of[static_cast<std::size_t>(j)] = rows(0.3 * (j - 2) * across, across);
+    rows_of[static_cast<std::size_t>(j)] = rows(0.3 * (j - 2) * across, across, every);
   double most_here = 0.0;
   for (const double height : {0.45, 0.8, 1.3, 2.0}) {
     Trial t{0.0, 0.0, across, across, std::min(height / tan_elevation_, most_slope_)};
@@ -517,22 +520,27 @@ void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
 }
 
 ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) {
-  Sums out{0.0, 0.0, 0.0, 0.0};
-  const Rows rows = this->rows(h.b, h.radius);
+  double lit = 0.0;
+  double dark = 0.0;
+  double lit_n = 0.0;
+  double dark_n = 0.0;
+  const Rows rows = this->rows(h.b, h.radius, 1);
+  const double half = half_columns_;
   for (int row = rows.first; row <= rows.last; ++row) {
-    const double w = rows.w[static_cast<std::size_t>(row - rows.first)];
+    const auto index = static_cast<std::size_t>(row - rows.first);
+    const double w = rows.w[index];
     const double a0 = h.a - h.radius * w;
     const double a2 = h.a + h.radius * w;
     const double edge = h.a + h.radius * (h.arc * w - h.shift) + h.tilt * (row - h.b);
-    const double a1 = std::clamp(edge, a0, a2);
-    const RowSums sums = row_sums(row);
+    const double a1 = std::min(std::max(edge, a0), a2);
+    const RowSums sums{rows.samples[index], half};
     const double before_lit = sums.to(a1);
-    out.dark += before_lit - sums.to(a0);
-    out.lit += sums.to(a2) - before_lit;
-    out.dark_n += a1 - a0;
-    out.lit_n += a2 - a1;
+    dark += before_lit - sums.to(a0);
+    lit += sums.to(a2) - before_lit;
+    dark_n += a1 - a0;
+    lit_n += a2 - a1;
   }
-  return out;
+  return {lit_n, lit, dark_n, dark};
 }
 
 double ShadowFitter::value(const Hollow& h) {

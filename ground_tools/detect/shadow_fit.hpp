@@ -136,12 +136,11 @@ class ShadowFitter {
   const std::int16_t* row_grey(int row);
   const Sample* row_samples(int row);
   double core_depth();
-  RowSums row_sums(int row);
   double part(int row, double from, double to);  ///< darkness summed
-  Rows rows(double b, double half_width) const;
+  Rows rows(double b, double half_width, int every);
   template <std::size_t kCount>
   std::array<Sums, kCount> sums(const Trial& t, const std::array<double, kCount>& a, const Rows& rows,
-                                int every);
+                                int every) const;
   Sums sums(const Trial& t);
   double prior(const Trial& t) const;
   double value(const Sums& s, double prior, int every) const;  ///< what a trial explains
