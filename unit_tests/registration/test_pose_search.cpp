@@ -115,6 +115,56 @@ void test_finds_the_pose_in_all_that_sigma_allows(void**) {
   }
 }
 
+/// As far as the prior's reach in yaw, five sigmas of 0.1 rad; farther off nothing is accepted.
+void test_reach_in_yaw(void**) {
+  Random random(11);
+  for (int trial = 0; trial < 8; ++trial) {
+    const double side = trial % 2 == 0 ? 1.0 : -1.0;
+    World world;
+    lay(random, world, Vec2(0.0, 0.0));
+    assert_status(run(world, Vec2(0.0, 0.0), side * 0.45, covariance(0.2, 0.1)), SearchStatus::kDone);
+    assert_true(error().norm() < 0.1);
+    assert_near(job.result().T_map_site.yaw_rad, kTruth.yaw_rad, 0.03);
+
+    assert_status(run(world, Vec2(0.0, 0.0), side * 0.9, covariance(0.2, 0.1)), SearchStatus::kDone);
+    assert_true(job.result().verdict.status != VerdictStatus::kAccepted);
+  }
+}
+
+/// Each two local boulders that are 0.5 to 2 rms radii apart make one pair, be their number odd or even.
+void test_each_pair_once(void**) {
+  Random random(12);
+  PoseSearchParams params;
+  params.max_pairs = 4096;
+  for (const std::size_t n : {5U, 6U, 7U, 8U, 12U}) {
+    World world;
+    lay(random, world, Vec2(0.0, 0.0));
+    local_map.clear();
+    while (local_map.size() < n) {
+      LocalBoulder b;
+      b.p_site_m = kPivot + Vec2(uniform(random, -3.0, 3.0), uniform(random, -3.0, 3.0));
+      bool apart = true;
+      for (const LocalBoulder& other : local_map) apart = apart && (other.p_site_m - b.p_site_m).norm() > 0.6;
+      if (apart) assert_true(local_map.push_back(b));
+    }
+    Vec2 middle(0.0, 0.0);
+    for (const LocalBoulder& b : local_map) middle += b.p_site_m / static_cast<double>(n);
+    double rms2 = 0.0;
+    for (const LocalBoulder& b : local_map)
+      rms2 += (b.p_site_m - middle).squaredNorm() / static_cast<double>(n);
+    int pairs = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t j = i + 1; j < n; ++j) {
+        const double length2 = (local_map[i].p_site_m - local_map[j].p_site_m).squaredNorm();
+        if (length2 >= 0.25 * rms2 && length2 <= 4.0 * rms2) ++pairs;
+      }
+    }
+    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.3, 0.03), params), SearchStatus::kDone);
+    assert_int_equal(job.result().sightings, n);
+    assert_int_equal(job.result().pairs, pairs);
+  }
+}
+
 void test_other_ground_is_declined(void**) {
   Random random(2);
   for (int trial = 0; trial < 40; ++trial) {
@@ -309,6 +359,8 @@ void test_slices_of_a_crowd(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_finds_the_pose_in_all_that_sigma_allows),
+      cmocka_unit_test(test_reach_in_yaw),
+      cmocka_unit_test(test_each_pair_once),
       cmocka_unit_test(test_other_ground_is_declined),
       cmocka_unit_test(test_lattices_are_declined),
       cmocka_unit_test(test_a_wrong_claim_is_told),
