@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "mission_values.hpp"
 
@@ -28,6 +29,9 @@ inline constexpr std::size_t kIcpJobMaxBytes = kMission.icp_job_max_bytes;
 inline constexpr std::size_t kPoseSearchMaxBytes = kMission.pose_search_max_bytes;
 inline constexpr std::size_t kMapFixMaxBytes = kMission.map_fix_max_bytes;
 inline constexpr std::size_t kMaxClusterPoints = kMission.max_cluster_points;
+inline constexpr bool kHaveLandmarks = kMission.landmark_least_pixel_m > 0.0;
+inline constexpr std::size_t kMaxLandmarks = kMission.max_landmarks;
+inline constexpr std::uint32_t kReliefSide = kMission.relief_side;
 
 inline constexpr std::size_t kMaxProbes =
     static_cast<std::size_t>(kImageWidth / kMission.probe_spacing_px + 1) *
@@ -39,7 +43,8 @@ inline constexpr std::size_t kSegmentationMaxBytes = 5 * kImagePixels + 3 * kWor
 inline constexpr std::size_t kTracksMaxBytes = 256 * kMaxLocalBoulders;
 inline constexpr std::size_t kMapWindowMaxBytes = 32 * kMaxMapWindowBoulders;
 inline constexpr std::size_t kWideMapMaxBytes = kOccupancyBits / 8 + 20 * kMaxWideMapBoulders;
-
+inline constexpr std::size_t kLandmarksMaxBytes = 160 * kMaxLandmarks + 256;
+inline constexpr std::size_t kReliefMaxBytes = std::size_t{24} * kReliefSide * kReliefSide + 16 * 1024;
 inline constexpr std::size_t kTransferMaxBytes = 4 * 1024 + kMaxMapChunks / 8;
 
 static_assert(kImageWidth >= 64 && kImageWidth <= 2048 && kImageWidth % 2 == 0,
@@ -60,6 +65,10 @@ static_assert(kMaxWideMapBoulders >= 1 && kMaxWideMapBoulders < 0xFFFF,
 static_assert(kOccupancyBits % 32 == 0 && kOccupancyBits >= 1024 * 1024,
               "the raster: whole words, a megabit and more");
 static_assert(kMaxLocalBoulders >= 3 && kMaxLocalBoulders < 0xFFFF, "local boulders are indexed by 16 bits");
+static_assert(kMaxLandmarks >= 1 && kMaxLandmarks <= 1024, "landmarks: 1 to 1024");
+static_assert(!kHaveLandmarks ||
+                  kMission.relief_range_m <= kMission.relief_cell_m * (kMission.relief_side / 2.0),
+              "the relief holds what is laid in it");
 static_assert(kMaxMapChunks >= 1 && kMaxMapChunks <= 0xFFFF, "chunks are numbered by 16 bits");
 static_assert(kMaxClusterPoints >= 1 && kMaxClusterPoints < 0xFFFE, "points are indexed by 16 bits");
 

@@ -36,14 +36,14 @@
 #include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
 #include "labeling/plane_fit.hpp"
-#include "landmark_cfg.hpp"
+#include "mission_cfg.hpp"
 
 namespace cairn {
 
 struct ReliefParams {
-  double cell_m = cfg::kLandmarkValues.cell_m;
-  double max_range_m = cfg::kLandmarkValues.range_m;  ///< farther points are left out
-  double min_height_m = cfg::kLandmarkValues.min_height_m;
+  double cell_m = cfg::kMission.relief_cell_m;
+  double max_range_m = cfg::kMission.relief_range_m;  ///< farther points are left out
+  double min_height_m = cfg::kMission.relief_min_height_m;
   double near_sigma_m = 0.03;  ///< s0
   /// s1: a quarter of a pixel of disparity, as depth.
   double sigma_per_range2 = 0.25 / (cfg::kMission.fx_px * cfg::kMission.baseline_m);

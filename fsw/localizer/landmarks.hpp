@@ -29,8 +29,8 @@
 namespace cairn {
 
 struct LandmarkParams {
-  double least_pixel_m = cfg::kLandmarkValues.least_pixel_m;  ///< finer maps are matched by the window
-  double window_m = cfg::kLandmarkValues.window_m;            ///< of way
+  double least_pixel_m = cfg::kMission.landmark_least_pixel_m;  ///< finer maps are matched by the window
+  double window_m = cfg::kMission.landmark_window_m;            ///< of way
   double least_px = 2.4;
   double same_m = 0.5;
   double min_diameter_m = 0.35;  ///< smaller ones are not kept

@@ -29,7 +29,7 @@ GROUND_FLOORS = {
 GROUND_ALONE = "checks"  # linked with nothing, seen by nobody
 HAL_SEES_FLOOR = 2     # plain structs
 HAL_USERS = {"app"}    # of fsw, alone
-MISSION_HEADERS = {"mission_cfg.hpp", "schedule.hpp", "mission.hpp", "mission_values.hpp", "landmark_cfg.hpp"}
+MISSION_HEADERS = {"mission_cfg.hpp", "schedule.hpp", "mission.hpp", "mission_values.hpp"}
 # What flight code takes of the standard library: nothing that allocates, throws, prints or locks.
 STANDARD = {
     "algorithm", "array", "cmath", "cstddef", "cstdint", "cstring", "initializer_list", "limits", "new", "tuple",

@@ -28,6 +28,9 @@ inline constexpr Mission kMission = [] {
   m.max_cluster_points = 2048;
   m.map_window_radius_m = 12.0;
   m.max_wide_map_boulders = 32000;  // a square kilometre at k = 0.15 has 21,000 of 0.75 m and more
+  m.landmark_least_pixel_m = 0.15;
+  m.max_landmarks = 256;
+  m.relief_side = 256;  // 32 m, 1.5 MB
   m.icp_job_max_bytes = 320 * 1024;
   m.root_max_bytes = 64 * 1024 * 1024;
   return m;
