@@ -119,6 +119,29 @@ void test_points_lie_on_the_ground(void**) {
   }
 }
 
+/// Rows that are off by a part of a pixel are read for what they are: a share too much would stay in each
+/// reference, with the same sign.
+void test_rows_are_read_without_bias(void**) {
+  static std::uint8_t aside[kPixels];
+  for (const double off : {-0.25, -0.15, 0.15, 0.25}) {
+    StereoRig rig = kRig;
+    rig.cy_px += off;
+    Random random(2);
+    scene.render(rig, kRig.T_rover_cam, true, 1.5, random, aside);
+    begin();
+    assert_status(run(view(left_pixels), view(aside)), StereoStatus::kPoints);
+    double sum = 0.0;
+    int count = 0;
+    for (std::size_t i = 0; i < frame.points.size(); ++i) {
+      if (!frame.points[i].valid || !frame.on_plane(i)) continue;
+      sum += static_cast<double>(frame.points[i].found_v_px) - frame.feature(i).iv;
+      ++count;
+    }
+    print_message("%+.2f px: %+.4f of %d points\n", off, sum / count, count);
+    assert_near(sum / count, off, 0.03 * std::fabs(off));
+  }
+}
+
 /// Halved, points and plane are told in the larger pixels, and are those of the same ground. Hardware is
 /// where it is.
 void test_halved(void**) {
@@ -374,6 +397,7 @@ void test_slices_give_the_same_bits(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_points_lie_on_the_ground),
+      cmocka_unit_test(test_rows_are_read_without_bias),
       cmocka_unit_test(test_halved),
       cmocka_unit_test(test_own_hardware),
       cmocka_unit_test(test_on_plane_at_its_corner),

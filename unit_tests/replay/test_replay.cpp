@@ -13,8 +13,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x1D8397E0U, 0, 0};
-constexpr Golden kWhole = {35, 0x36628D5CU, 0x22B59658U, 0x3CDBDE26U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xC2794F7BU, 0, 0};
+constexpr Golden kWhole = {35, 0xFF3C45FFU, 0x7E8982B9U, 0x4BF0DB2CU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
