@@ -115,7 +115,7 @@ void test_finds_the_pose_in_all_that_sigma_allows(void**) {
   }
 }
 
-/// As far as the prior's reach in yaw, five sigmas of 0.1 rad; farther off nothing is accepted.
+/// As far as the prior's reach in yaw, five sigmas of 0.1 rad; farther off nothing is looked at.
 void test_reach_in_yaw(void**) {
   Random random(11);
   for (int trial = 0; trial < 8; ++trial) {
@@ -128,6 +128,75 @@ void test_reach_in_yaw(void**) {
 
     assert_status(run(world, Vec2(0.0, 0.0), side * 0.9, covariance(0.2, 0.1)), SearchStatus::kDone);
     assert_true(job.result().verdict.status != VerdictStatus::kAccepted);
+    assert_true(job.result().verdict.status != VerdictStatus::kInconsistentWithPrior);
+  }
+}
+
+/// There are no more headings than all: however uncertain yaw is beyond that, what lies outside of the
+/// prior's reach is weighed the same.
+void test_no_more_than_all_headings(void**) {
+  Random random(13);
+  World world;
+  lay(random, world, Vec2(1.5, 0.0));
+  double before = 0.0;
+  for (const double sigma : {1.0, 2.0}) {
+    assert_status(run(world, Vec2(1.5, 0.0), 0.0, covariance(0.1, sigma)), SearchStatus::kDone);
+    const Evidence& e = job.result().elsewhere;
+    assert_near(e.pose.x_m, -1.5, 0.1);
+    assert_true(e.log_ratio > 10.0);
+    if (before > 0.0) assert_near(e.log_ratio, before, 1e-9);
+    before = e.log_ratio;
+  }
+}
+
+/// Two rings of twelve look alike at each twelfth of a turn, about the same middle: where yaw leaves room for
+/// a turn, that is another pose and as good.
+void test_a_turn_is_another_pose(void**) {
+  Random random(14);
+  for (const double sigma_rad : {0.2, 0.03}) {
+    World world;
+    world.truths = 0;
+    world.others = 0;
+    lay(random, world, Vec2(0.0, 0.0));
+    const MapBoulders scattered = map_boulders;
+    const Vec2 centre = kTruth * kPivot;
+    const Pose2 T_site_map = kTruth.inverse();
+    map_boulders.clear();
+    for (const MapBoulder& b : scattered) {
+      if ((b.p_map_m - centre).norm() > 4.5) assert_true(map_boulders.push_back(b));
+    }
+    for (int k = 0; k < 24; ++k) {
+      const double a = kPi / 6.0 * (k % 12);
+      MapBoulder b;
+      b.p_map_m = centre + (k < 12 ? 3.0 : 1.8) * Vec2(std::cos(a), std::sin(a));
+      assert_true(map_boulders.push_back(b));
+      LocalBoulder l;
+      l.p_site_m = T_site_map * b.p_map_m + 0.03 * Vec2(gauss(random), gauss(random));
+      assert_true(local_map.push_back(l));
+    }
+    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.1, sigma_rad)), SearchStatus::kDone);
+    const VerdictStatus v = job.result().verdict.status;
+    assert_true(sigma_rad > 0.1 ? v == VerdictStatus::kAmbiguous || v == VerdictStatus::kChanceAgreement
+                                : v == VerdictStatus::kAccepted);
+  }
+}
+
+/// What is seen stands on the map twice, among so many poor rivals that not all are kept: the two must be.
+void test_the_best_are_kept(void**) {
+  Random random(15);
+  for (int trial = 0; trial < 10; ++trial) {
+    World world;
+    world.per_m2 = 2.0;
+    lay(random, world, Vec2(0.0, 0.0));
+    for (int k = 0; k < world.truths; ++k) {
+      MapBoulder b;
+      b.p_map_m = kTruth * local_map[static_cast<std::size_t>(k)].p_site_m + Vec2(1.2, 0.5) +
+                  world.noise_m * Vec2(gauss(random), gauss(random));
+      assert_true(map_boulders.push_back(b));
+    }
+    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.5, 0.1)), SearchStatus::kDone);
+    assert_true(job.result().best.log_ratio > 5.0);
+    assert_true(job.result().verdict.second_log_ratio > 5.0);
   }
 }
 
@@ -254,6 +323,23 @@ void test_scale_is_said(void**) {
   assert_at_least(said, 15);
 }
 
+/// Of a map whose metre is one a scale is told once in fifty times at most.
+void test_no_scale_of_its_own(void**) {
+  Random random(16);
+  World world;
+  world.per_m2 = 0.3;
+  world.truths = 20;
+  world.see_m = 6.0;
+  int said = 0;
+  for (int k = 0; k < 100; ++k) {
+    lay(random, world, Vec2(0.0, 0.0));
+    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.3, 0.02)), SearchStatus::kDone);
+    said += job.result().scale_sigma > 0.0 ? 1 : 0;
+  }
+  print_message("a scale told of %d maps of 100\n", said);
+  assert_at_most(said, 2);
+}
+
 void test_statuses(void**) {
   Random random(6);
   World world;
@@ -360,11 +446,15 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_finds_the_pose_in_all_that_sigma_allows),
       cmocka_unit_test(test_reach_in_yaw),
+      cmocka_unit_test(test_no_more_than_all_headings),
+      cmocka_unit_test(test_a_turn_is_another_pose),
+      cmocka_unit_test(test_the_best_are_kept),
       cmocka_unit_test(test_each_pair_once),
       cmocka_unit_test(test_other_ground_is_declined),
       cmocka_unit_test(test_lattices_are_declined),
       cmocka_unit_test(test_a_wrong_claim_is_told),
       cmocka_unit_test(test_scale_is_said),
+      cmocka_unit_test(test_no_scale_of_its_own),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_slices_give_the_same),
