@@ -152,11 +152,10 @@ Descriptor describe(const SmoothImage& image, int iu, int iv) {
   }
   for (int j = 0; j < kCells; ++j) {
     for (int i = 0; i < kCells; ++i) {
-      // In 1/4096, at most 961: so far up, the product's upper word is the weighted vote.
-      const std::uint32_t w = (kWindow[j] * kWindow[i] / kCellPx) << 20U;
+      const std::uint32_t w = kWindow[j] * kWindow[i] / kCellPx;
       for (int b = 0; b < kBins; ++b) {
         std::uint32_t& v = h[(j * kCells + i) * kBins + b];
-        v = static_cast<std::uint32_t>((static_cast<std::uint64_t>(v) * w) >> 32U);
+        v = (v >> 12U) * w + (((v & 0xFFFU) * w) >> 12U);
       }
     }
   }
