@@ -287,14 +287,21 @@ void test_a_wrong_claim_is_told(void**) {
   assert_status(job.result().verdict.status, VerdictStatus::kInconsistentWithPrior);
 }
 
+/// A lever long enough for a scale to show, and boulders few enough for it to cost nothing.
+const World kSeenFar = [] {
+  World world;
+  world.per_m2 = 0.3;
+  world.truths = 20;
+  world.see_m = 6.0;
+  return world;
+}();
+
 /// A map 4 % too large is said to be so, whether its scale is free from the start or asked about in the end;
 /// a map whose metre is one is not.
 void test_scale_is_said(void**) {
   Random random(5);
-  World world;
+  World world = kSeenFar;
   world.per_m2 = 0.5;
-  world.truths = 20;
-  world.see_m = 6.0;
   lay(random, world, Vec2(0.0, 0.0));
   const Vec2 about = kTruth * kPivot;
   for (MapBoulder& b : map_boulders) b.p_map_m = about + 1.04 * (b.p_map_m - about);
@@ -326,14 +333,10 @@ void test_scale_is_said(void**) {
 /// Of a map whose metre is one a scale is told once in fifty times at most.
 void test_no_scale_of_its_own(void**) {
   Random random(16);
-  World world;
-  world.per_m2 = 0.3;
-  world.truths = 20;
-  world.see_m = 6.0;
   int said = 0;
   for (int k = 0; k < 100; ++k) {
-    lay(random, world, Vec2(0.0, 0.0));
-    assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.3, 0.02)), SearchStatus::kDone);
+    lay(random, kSeenFar, Vec2(0.0, 0.0));
+    assert_status(run(kSeenFar, Vec2(0.0, 0.0), 0.0, covariance(0.3, 0.02)), SearchStatus::kDone);
     said += job.result().scale_sigma > 0.0 ? 1 : 0;
   }
   print_message("a scale told of %d maps of 100\n", said);

@@ -239,6 +239,28 @@ void test_tiles_do_not_matter(void**) {
   }
 }
 
+/// A pixel without data counts where it is in the way, and nowhere else: an image that has one finds the same
+/// boulders elsewhere, to the bit.
+void test_a_hole_elsewhere_changes_nothing(void**) {
+  const Sun sun = parse_sun("40,200");
+  draw_field(0.01, sun, 3);
+  const ShadowView view = shadow_view(sun, raster.geo);
+  const ShadowParams params = any_size();
+  const int reach = shadow_reach_px(view, params);
+  const PixelRect all{0, 0, raster.width, raster.height};
+  raster.valid.clear();
+  whole = detect_boulders_by_shadow({all, raster.grey_view(), raster.valid_view()}, all, view, params);
+  raster.valid.assign(raster.grey.size(), 255);
+  raster.valid[0] = 0;
+  pieces = detect_boulders_by_shadow({all, raster.grey_view(), raster.valid_view()}, all, view, params);
+  const auto near = [reach](const ShadowBoulder& b) { return b.u_px <= reach && b.v_px <= reach; };
+  whole.erase(std::remove_if(whole.begin(), whole.end(), near), whole.end());
+  pieces.erase(std::remove_if(pieces.begin(), pieces.end(), near), pieces.end());
+  assert_true(whole.size() >= 3);
+  assert_int_equal(pieces.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) assert_true(same(whole[i], pieces[i]));
+}
+
 // What is no boulder: bare ground, a step of brightness, ripples across and along the sun, a dark disc.
 void test_what_is_no_boulder(void**) {
   const Sun sun = parse_sun("45,90");
@@ -365,6 +387,7 @@ void test_gullies_are_no_boulders(void**) {
 int main() {
   const CMUnitTest tests[] = {cmocka_unit_test(test_place_size_and_height),
                               cmocka_unit_test(test_tiles_do_not_matter),
+                              cmocka_unit_test(test_a_hole_elsewhere_changes_nothing),
                               cmocka_unit_test(test_what_is_no_boulder),
                               cmocka_unit_test(test_hollows_among_boulders),
                               cmocka_unit_test(test_gullies_are_no_boulders),
