@@ -15,7 +15,6 @@
 // Eigen's own checks end where ours do, not in the C library's assert, which prints and aborts.
 #define eigen_assert(condition) CAIRN_ASSERT(condition)
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/inverse.hpp"
+#include "core/factors.hpp"
 
 namespace cairn {
 namespace {
@@ -155,9 +155,9 @@ TiltResult AttitudeFusion::ground(const Vec3& offset, const Mat3& covariance, co
     for (int j = 0; j < 3; ++j) S(i, j) = P(i, j) + covariance(i, j);
     S(i, i) += contradicted_[i];
   }
-  const Eigen::LLT<Mat3> factors(S);
-  if (factors.info() != Eigen::Success) return out;
-  const Mat3 inverse = inverse_by<3>(factors);
+  const Factors factors(S);
+  if (!factors.positive()) return out;
+  const Mat3 inverse = factors.inverse();
   const Vec3 pull = inverse * offset;
   out.chi2 = offset.dot(pull);
   out.status = AttitudeStatus::kInconsistent;

@@ -4,7 +4,7 @@
 
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
-#include "core/inverse.hpp"
+#include "core/factors.hpp"
 #include "labeling/plane_fit.hpp"
 
 namespace cairn {
@@ -189,8 +189,7 @@ void GroundHeightJob::round() {
     weights += robust;
     ground.add(w, p.d_m.x(), p.d_m.y(), p.d_m.z() + p.lack_m);
   }
-  const Eigen::LLT<Mat3> factors(G);
-  const Mat3 inverse = inverse_by<3>(factors);
+  const Mat3 inverse = Factors(G).inverse();
   for (int r = 0; r < 3; ++r)
     result_.offset[r] = inverse(r, 0) * b[0] + inverse(r, 1) * b[1] + inverse(r, 2) * b[2];
   if (++round_ < kRounds) return;

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/exp_log.hpp"
-#include "core/inverse.hpp"
+#include "core/factors.hpp"
 
 namespace cairn {
 namespace {
@@ -51,9 +51,9 @@ MapFixStatus status_of(RelocationStatus relocation) {
 
 /// The inverse of a symmetric positive definite matrix; false where it is none, or is so by a hair.
 bool inverse(const Mat3& m, Mat3& out) {
-  const Eigen::LLT<Mat3> llt(m);
-  if (llt.info() != Eigen::Success) return false;
-  out = inverse_by<3>(llt);
+  const Factors factors(m);
+  if (!factors.positive()) return false;
+  out = factors.inverse();
   for (int k = 0; k < 3; ++k) {
     if (!(out(k, k) > 0.0 && out(k, k) < 1.0e12)) return false;
   }

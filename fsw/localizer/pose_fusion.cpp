@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/inverse.hpp"
+#include "core/factors.hpp"
 
 namespace cairn {
 namespace {
@@ -10,7 +10,7 @@ namespace {
 constexpr double kTurnedAnyhow = 1.8;  // sigma of a heading about which nothing is known: pi / sqrt(3)
 constexpr double kAnywhere_m = 1.0e4;
 
-Mat3 inverse(const Mat3& m) { return inverse_by<3>(Eigen::LDLT<Mat3>(m)); }
+Mat3 inverse(const Mat3& m) { return Factors(m).inverse(); }
 
 ErrorCovariance symmetric(const ErrorCovariance& m) {
   ErrorCovariance out;
@@ -33,7 +33,7 @@ bool is_covariance(const Mat3& m) {
           1.0e-6 * std::sqrt(std::fabs(m(i / 3, i / 3) * m(i % 3, i % 3)))))
       return false;
   }
-  return Eigen::LDLT<Mat3>(m).vectorD().minCoeff() > 0.0;
+  return Factors(m).positive();
 }
 
 bool is_usable(const FixOffset& fix) {

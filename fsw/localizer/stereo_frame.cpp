@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/factors.hpp"
 #include "core/rounding.hpp"
 
 namespace cairn {
@@ -272,8 +273,7 @@ void StereoFrameJob::fit_plane(bool first) {
     A.noalias() += w * x * x.transpose();
     b += (w * p.d_px) * x;
   }
-  const Eigen::LDLT<Mat3> ldlt(A);
-  plane_ = ldlt.solve(b);
+  plane_ = Factors(A).solve(b);
 }
 
 void StereoFrameJob::take_plane() {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/crc32.hpp"
+#include "core/factors.hpp"
 
 namespace cairn {
 
@@ -44,8 +45,7 @@ WatchStatus VoWatch::compare(const Pose3& vo_step, const Mat3& covariance, const
   C(0, 0) += s * s;
   C(1, 1) += s * s;
   C(2, 2) += w * w;
-  const Eigen::LDLT<Mat3> ldlt(C);
-  const Vec3 pull = ldlt.solve(d);
+  const Vec3 pull = Factors(C).solve(d);
   return d.dot(pull) <= params_.gate_chi2 ? WatchStatus::kClear : WatchStatus::kContradicted;
 }
 

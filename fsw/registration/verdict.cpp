@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/exp_log.hpp"
-#include "core/inverse.hpp"
+#include "core/factors.hpp"
 
 namespace cairn {
 namespace {
@@ -15,18 +15,18 @@ constexpr double kFarthest_m = 1.0e5;
 constexpr int kShareCount = 4;
 constexpr double kShares[kShareCount] = {0.25, 0.5, 0.75, 0.92};
 constexpr double kSizeOutliers = 0.1;
+constexpr double kLargestPivot = 1.0e300;
 
 bool in_range(double value, double low, double high) { return value >= low && value <= high; }
 
-/// ln det of a positive matrix by its Cholesky factor; false where it is not positive.
-bool log_det(const Mat4& m, double& out) {
-  const Eigen::LLT<Mat4> llt(m);
-  if (llt.info() != Eigen::Success) return false;
+/// ln det of a positive matrix by its pivots; false where it is not positive.
+template <int N>
+bool log_det(const Factors<N>& factors, double& out) {
+  if (!factors.positive()) return false;
   out = 0.0;
-  for (int i = 0; i < 4; ++i) {
-    const double pivot = llt.matrixLLT()(i, i);
-    if (!(pivot > 0.0) || !(pivot < 1.0e150)) return false;
-    out += 2.0 * ln(pivot);
+  for (int k = 0; k < N; ++k) {
+    if (!(factors.pivot(k) < kLargestPivot)) return false;
+    out += ln(factors.pivot(k));
   }
   return true;
 }
@@ -95,17 +95,12 @@ bool gaussian_prior(const Hypothesis& mean, const Mat3& covariance, PosePrior& o
   for (int i = 0; i < 3; ++i) {
     if (!in_range(covariance(i, i), 1.0e-16, 1.0e12)) return false;
   }
-  const Eigen::LLT<Mat3> llt(covariance);
-  if (llt.info() != Eigen::Success) return false;
-  double half_log_det = 0.0;
-  for (int i = 0; i < 3; ++i) {
-    const double pivot = llt.matrixLLT()(i, i);
-    if (!(pivot > 0.0) || !(pivot < 1.0e7)) return false;
-    half_log_det += ln(pivot);
-  }
+  const Factors factors(covariance);
+  double log_det_covariance = 0.0;
+  if (!log_det(factors, log_det_covariance)) return false;
   out.mean = mean;
-  out.information = inverse_by<3>(llt);
-  out.log_volume = 1.5 * kLn2Pi + half_log_det;
+  out.information = factors.inverse();
+  out.log_volume = 1.5 * kLn2Pi + 0.5 * log_det_covariance;
   return true;
 }
 
@@ -256,10 +251,9 @@ void EvidenceJob::end_pass() {
     return;
   }
   const Mat4 prior = prior_information();
-  const Mat4 sum = information_ + prior;
-  const Eigen::LLT<Mat4> llt(sum);
-  const bool positive = sum_w_ > 1.0e-3 && llt.info() == Eigen::Success;
-  const Vec4 step = positive ? Vec4(llt.solve(gradient_ - prior * from_prior())) : Vec4(Vec4::Zero());
+  const Factors factors(Mat4(information_ + prior));
+  const bool positive = sum_w_ > 1.0e-3 && factors.positive();
+  const Vec4 step = positive ? factors.solve(gradient_ - prior * from_prior()) : Vec4(Vec4::Zero());
   const double lever_m = sum_w_ > 0.0 ? std::sqrt(information_(2, 2) / (information_(0, 0) + 1.0e-300)) : 1.0;
   const double moved =
       std::fabs(step(0)) + std::fabs(step(1)) + lever_m * (std::fabs(step(2)) + std::fabs(step(3)));
@@ -347,8 +341,8 @@ void EvidenceJob::weigh() {
   Mat4 known = Mat4::Zero();  // keeps a fixed scale's row regular
   if (params_.scale_sigma == 0.0) known(3, 3) = 1.0;
   double log_det_seen = 0.0;
-  if (!log_det(seen + known, log_det_seen)) seen = 0.5 * information_;
-  if (!log_det(seen + prior, log_det_fix)) {
+  if (!log_det(Factors(Mat4(seen + known)), log_det_seen)) seen = 0.5 * information_;
+  if (!log_det(Factors(Mat4(seen + prior)), log_det_fix)) {
     status_ = EvidenceStatus::kDiverged;
     return;
   }
@@ -357,14 +351,12 @@ void EvidenceJob::weigh() {
   r.log_ratio = r.S - 0.5 * r.chi2 + r.log_volume - log_scale_prior - prior_.log_volume;
   // Innovation: the fix alone lies at pose + seen^-1 prior (pose - mean).
   const Mat4 firm = seen + known + 1.0e-9 * Mat4::Identity();
-  const Eigen::LLT<Mat4> alone(firm);
-  r.innovation2 = r.chi2 + held.dot(Vec4(alone.solve(held)));
+  r.innovation2 = r.chi2 + held.dot(Factors(firm).solve(held));
   constexpr double kPriorFreedom = 10.0;
   const double freedom = 2.0 * sum_w_ - (params_.scale_sigma > 0.0 ? 4.0 : 3.0);
   double factor = (kPriorFreedom + sum_wr2_) / (kPriorFreedom + (freedom > 0.0 ? freedom : 0.0));
   factor = factor < 0.25 ? 0.25 : factor > 9.0 ? 9.0 : factor;
-  const Eigen::LLT<Mat4> llt(Mat4(seen / factor + prior));
-  r.covariance = inverse_by<4>(llt);
+  r.covariance = Factors(Mat4(seen / factor + prior)).inverse();
   if (params_.scale_sigma == 0.0) r.covariance(3, 3) = 0.0;
   status_ = settled_ ? EvidenceStatus::kDone : EvidenceStatus::kNotSettled;
 }

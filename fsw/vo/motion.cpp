@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/factors.hpp"
 #include "vo/absolute_orientation.hpp"
 
 namespace cairn {
@@ -389,13 +390,12 @@ bool RefineMotionJob::move() {
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < i; ++j) information_(j, i) = information_(i, j);
   }
-  const Eigen::LDLT<Mat6> ldlt(information_);
-  const Vec6 pivots = ldlt.vectorD();
-  if (!(pivots.minCoeff() > 1.0e-9 * pivots.maxCoeff())) {
+  const Factors factors(information_);
+  if (!factors.positive() || !(factors.pivot(5) > 1.0e-9 * factors.pivot(0))) {
     status_ = MotionStatus::kDegenerate;
     return false;
   }
-  const Vec6 step = ldlt.solve(gradient_);
+  const Vec6 step = factors.solve(gradient_);
   const Vec3 w(step[0], step[1], step[2]);
   const Quat dq = quat_exp(w);
   T_cur_ref_.t = dq * T_cur_ref_.t + Vec3(step[3], step[4], step[5]);
@@ -434,13 +434,7 @@ MotionStatus RefineMotionJob::finish() {
   // Covariance of an M-estimator (Huber 1981, 6.3) from what the residuals really were: sigma_px is a guess,
   // and weights that spare outliers also spare some of the good. information_ holds the weights once.
   const double scale = tail_.pulls2 * tail_.weights / (tail_.slopes * tail_.slopes);
-  const Eigen::LDLT<Mat6> ldlt(information_);
-  for (int k = 0; k < 6; ++k) {
-    Vec6 unit = Vec6::Zero();
-    unit[k] = scale > 1.0e-6 ? scale : 1.0e-6;
-    const Vec6 column = ldlt.solve(unit);
-    for (int r = 0; r < 6; ++r) result_.covariance(r, k) = column[r];
-  }
+  result_.covariance = Factors(information_).inverse() * (scale > 1.0e-6 ? scale : 1.0e-6);
   scale_ = scale;
   return MotionStatus::kEstimated;
 }
@@ -476,8 +470,8 @@ void RefineMotionJob::ask_of_rig(std::size_t end) {
 /// wall that moves sideways is as well one at another distance: where next to nothing is left, that is
 /// rounding. Images without noise make residuals small, and columns no better known.
 void RefineMotionJob::tell_of_rig() {
-  const Eigen::LDLT<Mat6> ldlt(information_);
-  const Vec6 moved = ldlt.solve(sums_.cross[0]);
+  const Factors factors(information_);
+  const Vec6 moved = factors.solve(sums_.cross[0]);
   const double left = sums_.own[0] - sums_.cross[0].dot(moved);
   constexpr double kLeastLeft = 1.0e-3;  // of what there was: in drives some 0.03
   constexpr double kLeastScale = 0.05;   // in drives 0.2 and more
@@ -486,7 +480,7 @@ void RefineMotionJob::tell_of_rig() {
   result_.rig.columns_information = left / scale;
   result_.rig.columns_evidence = sums_.gradient[0] / scale;
   const double shared = sums_.shared - sums_.cross[1].dot(moved);
-  const Vec6 moved_lens = ldlt.solve(sums_.cross[1]);
+  const Vec6 moved_lens = factors.solve(sums_.cross[1]);
   const double left_lens = sums_.own[1] - sums_.cross[1].dot(moved_lens);
   if (!(left_lens > kLeastLeft * sums_.own[1])) return;
   result_.rig.lens_information = left_lens / scale;

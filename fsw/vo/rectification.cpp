@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/factors.hpp"
+
 namespace cairn {
 namespace {
 
@@ -131,7 +133,7 @@ void RectificationEstimator::estimate_lens() {
   all(kRows, kRows) += 1.0 / square(params_.prior_rows_px);
   all(kYaw, kYaw) += angle;
   all(kLens, kLens) += 1.0 / square(params_.prior_lens);
-  const double of_rows = Eigen::LDLT<Normal>(all).solve(evidence_)[kLens];
+  const double of_rows = Factors(all).solve(evidence_)[kLens];
   const double columns = columns_information();
   const double information =
       motions_.lens_information - square(motions_.shared) / columns + 1.0 / square(params_.prior_lens);
@@ -151,21 +153,21 @@ void RectificationEstimator::estimate_rows_and_angles() {
   const Causes evidence = evidence_ - information_.col(kLens) * offset_.lens;
   const Matrix4 alone = of_angles + Matrix4::Identity() * prior;
   const Angles angles_evidence = evidence.head<4>();
-  angles_ = Eigen::LDLT<Matrix4>(alone).solve(angles_evidence);
+  angles_ = Factors(alone).solve(angles_evidence);
   offset_.rows_px = 0.0;
   const double mean_px = evidence[kRows] / rows_information;
   const double share = beyond(mean_px, square(params_.least_rows_px)) / mean_px;
   if (!(share > 0.0)) return;
   const double worth = 1.0 / (1.0 + rows_information * square(params_.common_px));
   const Matrix4 with_rows = of_angles * worth + Matrix4::Identity() * prior;
-  const Eigen::LDLT<Matrix4> ldlt(with_rows);
+  const Factors factors(with_rows);
   const Angles shared = information_.col(kRows).head<4>() * worth;
-  const Angles moved = ldlt.solve(shared);
+  const Angles moved = factors.solve(shared);
   const double information =
       rows_information * worth + 1.0 / square(params_.prior_rows_px) - moved.dot(shared);
   const double rows_px = (evidence[kRows] * worth - moved.dot(angles_evidence) * worth) / information;
   const Angles rest = angles_evidence * worth - shared * rows_px;
-  const Angles angles = ldlt.solve(rest);
+  const Angles angles = factors.solve(rest);
   offset_.rows_px = share * rows_px;
   angles_ += share * (angles - angles_);
 }

@@ -14,7 +14,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0xC2794F7BU, 0, 0};
-constexpr Golden kWhole = {35, 0xFF3C45FFU, 0x7E8982B9U, 0x4BF0DB2CU};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x5B99A0BAU, 0xCBC20861U, 0x0E397536U};  // with the fix of frame 30
 
 tape::Telemetry t;
 

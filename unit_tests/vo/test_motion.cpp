@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "core/factors.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
 #include "support/noise.hpp"
@@ -173,8 +174,7 @@ double mean_nees(double sigma_px, std::size_t outliers, int draws) {
     const Vec6 e = error_of(refine.result().T_cur_ref);
     const Mat6& C = refine.result().covariance;
     assert_at_most((C - C.transpose()).norm(), 1e-9 * C.norm());
-    const Eigen::LDLT<Mat6> ldlt(C);
-    sum += e.dot(ldlt.solve(e));
+    sum += e.dot(Factors(C).solve(e));
   }
   return sum / draws;
 }
