@@ -16,25 +16,26 @@ int main(int argc, char** argv) {
       "cairn");
   app.set_version_flag("--version", "cairn 0.1.0");
   app.require_subcommand(1);
-  cairn::ground::add_map_commands(app);
-  cairn::ground::add_fix_command(app);
-  cairn::ground::add_run_command(app);
-  cairn::ground::add_rig_command(app);
-  cairn::ground::add_mask_command(app);
-  cairn::ground::add_sim_command(app);
-  cairn::ground::add_table_command(app);
-  cairn::ground::add_report_command(app);
-  cairn::ground::add_campaign_command(app);
-  cairn::ground::add_tape_command(app);
-  cairn::ground::add_bench_command(app);
-  cairn::ground::add_profile_command(app);
-  cairn::ground::add_profile_diff_command(app);
+  const cairn::ground::Command program(app);
+  cairn::ground::add_map_commands(program);
+  cairn::ground::add_fix_command(program);
+  cairn::ground::add_run_command(program);
+  cairn::ground::add_rig_command(program);
+  cairn::ground::add_mask_command(program);
+  cairn::ground::add_sim_command(program);
+  cairn::ground::add_table_command(program);
+  cairn::ground::add_report_command(program);
+  cairn::ground::add_campaign_command(program);
+  cairn::ground::add_tape_command(program);
+  cairn::ground::add_bench_command(program);
+  cairn::ground::add_profile_command(program);
+  cairn::ground::add_profile_diff_command(program);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     return cairn::ground::MpiRanks::is_follower() ? 0 : app.exit(asked);
-  } catch (const CLI::RuntimeError& answer) {  // a command worked, and its answer is not yes
-    return answer.get_exit_code();
+  } catch (const cairn::ground::Answer& answer) {
+    return answer.status;
   } catch (const CLI::ParseError& error) {
     // All ranks have the same command line, and so come here. Rank 0 says it for all, and none ends before:
     // mpirun ends the others with the first that fails.

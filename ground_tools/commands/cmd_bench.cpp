@@ -88,13 +88,13 @@ void bench(const BenchOptions& options) {
 
 }  // namespace
 
-void add_bench_command(CLI::App& app) {
+void add_bench_command(Command app) {
   const auto options = std::make_shared<BenchOptions>();
-  CLI::App* command = app.add_subcommand("bench", "Time and operations of the flight module per frame");
-  command->add_option("--dataset", options->dataset, "folder of stereo pairs")->required();
-  command->add_option("--frames", options->frames, "frames to use, at most")->check(CLI::Range(2, 100000));
-  command->add_option("--rounds", options->rounds, "times to go over them")->check(CLI::Range(1, 1000));
-  command->callback([options] { bench(*options); });
+  Command command = app.add_command("bench", "Time and operations of the flight module per frame");
+  command.add_option("--dataset", options->dataset, "folder of stereo pairs").required();
+  command.add_option("--frames", options->frames, "frames to use, at most").within(2, 100000);
+  command.add_option("--rounds", options->rounds, "times to go over them").within(1, 1000);
+  command.on_run([options] { bench(*options); });
 }
 
 }  // namespace cairn::ground

@@ -129,28 +129,27 @@ void campaign(const CampaignOptions& options) {
 
 }  // namespace
 
-void add_campaign_command(CLI::App& app) {
+void add_campaign_command(Command app) {
   const auto options = std::make_shared<CampaignOptions>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.add_command(
       "campaign", "Drives over many random terrains: errors and fixes with confidence intervals");
-  command->add_option("-n,--trials", options->trials, "total number of drives (default 30)")
-      ->check(CLI::Range(1, 100000));
-  command->add_option("-o,--output", options->output, "output folder; a campaign found there is resumed")
-      ->required();
+  command.add_option("-n,--trials", options->trials, "total number of drives (default 30)").within(1, 100000);
+  command.add_option("-o,--output", options->output, "output folder; a campaign found there is resumed")
+      .required();
   command
-      ->add_option("--first-seed", options->first_seed,
-                   fmt::format("seed of the first drive; the others follow on (default {})", kFirstSeed))
-      ->check(CLI::Range(0, 1000000000));
-  command->add_flag("--keep", options->keep, "keep the orthoimages, up to 25 MB per drive");
-  command->add_flag("--sparse", options->sparse,
-                    "sparse rock fields, where fixes begin to fail: k from 0.02 to 0.032");
-  command->add_option_function<std::string>(
+      .add_option("--first-seed", options->first_seed,
+                  fmt::format("seed of the first drive; the others follow on (default {})", kFirstSeed))
+      .within(0, 1000000000);
+  command.add_flag("--keep", options->keep, "keep the orthoimages, up to 25 MB per drive");
+  command.add_flag("--sparse", options->sparse,
+                   "sparse rock fields, where fixes begin to fail: k from 0.02 to 0.032");
+  command.add_taken(
       "--troubles", [options](const std::string& text) { options->troubles = parse_troubles(text); },
       "replay each drive under these, too: all, or names of start_error, wrong_site, slip, dark, kidnap "
       "between commas");
-  command->add_option("--model", options->model,
-                      "parameters of the forecast (forecast_model.json of another campaign)");
-  command->callback([options] { campaign(*options); });
+  command.add_option("--model", options->model,
+                     "parameters of the forecast (forecast_model.json of another campaign)");
+  command.on_run([options] { campaign(*options); });
 }
 
 }  // namespace cairn::ground

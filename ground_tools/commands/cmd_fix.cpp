@@ -214,33 +214,32 @@ void fix(const FixOptions& options) {
   } else {
     print_fix(made, local.size(), needed);
   }
-  if (!made.accepted()) throw CLI::RuntimeError(kDeclined);
+  if (!made.accepted()) throw Answer{kDeclined};
 }
 
 }  // namespace
 
-void add_fix_command(CLI::App& app) {
+void add_fix_command(Command app) {
   const auto options = std::make_shared<FixOptions>();
-  CLI::App* command =
-      app.add_subcommand("fix",
-                         "Look for one local map of boulders in a map, with the flight module's "
-                         "search and verdict; exit status 0: accepted, 3: declined");
-  command->add_option("MAP", options->map, "map (.cmap)")->required();
+  Command command = app.add_command("fix",
+                                    "Look for one local map of boulders in a map, with the flight module's "
+                                    "search and verdict; exit status 0: accepted, 3: declined");
+  command.add_option("MAP", options->map, "map (.cmap)").required();
   command
-      ->add_option(
+      .add_option(
           "--boulders", options->boulders,
           "the local map: CSV with columns x, y and, where known, diameter, height, sigma; metres, in "
           "any frame of its own")
-      ->required();
-  command->add_option("--prior", options->prior,
-                      "where the local frame is thought to lie in the map: X,Y,YAW (metres, degrees)");
-  command->add_option("--sigma", options->sigma,
-                      "what the prior is uncertain by: SX,SY,SYAW (metres, degrees)");
-  command->add_flag("--lost", options->lost, "no prior: anywhere in the map (so without --prior)");
-  command->add_option("--sector", options->sector,
-                      "headings that are possible: A,B, from A anticlockwise to B (degrees)");
-  command->add_flag("--json", options->json, "print one JSON object");
-  command->callback([options] { fix(*options); });
+      .required();
+  command.add_option("--prior", options->prior,
+                     "where the local frame is thought to lie in the map: X,Y,YAW (metres, degrees)");
+  command.add_option("--sigma", options->sigma,
+                     "what the prior is uncertain by: SX,SY,SYAW (metres, degrees)");
+  command.add_flag("--lost", options->lost, "no prior: anywhere in the map (so without --prior)");
+  command.add_option("--sector", options->sector,
+                     "headings that are possible: A,B, from A anticlockwise to B (degrees)");
+  command.add_flag("--json", options->json, "print one JSON object");
+  command.on_run([options] { fix(*options); });
 }
 
 }  // namespace cairn::ground

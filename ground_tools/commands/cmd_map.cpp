@@ -85,19 +85,19 @@ std::string apart_words(const std::filesystem::path& a_path, const CmapContent& 
   return words;
 }
 
-void add_map_commands(CLI::App& app) {
-  CLI::App* map = app.add_subcommand("map", "prepare and inspect orbital boulder maps");
-  map->require_subcommand(1);
-  add_map_build(*map);
-  add_map_info(*map);
-  add_map_verify(*map);
-  add_map_unpack(*map);
-  add_map_quicklook(*map);
-  add_map_diff(*map);
-  add_map_merge(*map);
-  add_map_uplink(*map);
-  add_map_forecast(*map);
-  add_map_score(*map);
+void add_map_commands(Command app) {
+  Command map = app.add_command("map", "prepare and inspect orbital boulder maps");
+  map.require_command();
+  add_map_build(map);
+  add_map_info(map);
+  add_map_verify(map);
+  add_map_unpack(map);
+  add_map_quicklook(map);
+  add_map_diff(map);
+  add_map_merge(map);
+  add_map_uplink(map);
+  add_map_forecast(map);
+  add_map_score(map);
 }
 
 }  // namespace cairn::ground

@@ -1,26 +1,26 @@
 /// The parts of `cairn map`, each with its own file, and what they share.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "base/boulder_table.hpp"
 #include "cmap/cmap_file.hpp"
+#include "commands/command_line.hpp"
 
 namespace cairn::ground {
 
 // Each of `cairn map`, in its file cmd_map_<name>.cpp.
-void add_map_build(CLI::App& map);
-void add_map_diff(CLI::App& map);
-void add_map_forecast(CLI::App& map);
-void add_map_info(CLI::App& map);
-void add_map_merge(CLI::App& map);
-void add_map_quicklook(CLI::App& map);
-void add_map_score(CLI::App& map);
-void add_map_unpack(CLI::App& map);
-void add_map_uplink(CLI::App& map);
-void add_map_verify(CLI::App& map);
+void add_map_build(Command map);
+void add_map_diff(Command map);
+void add_map_forecast(Command map);
+void add_map_info(Command map);
+void add_map_merge(Command map);
+void add_map_quicklook(Command map);
+void add_map_score(Command map);
+void add_map_unpack(Command map);
+void add_map_uplink(Command map);
+void add_map_verify(Command map);
 
 /// A command worked and its answer is no (maps differ, map damaged): exit status 2. 1 is an error,
 /// told on stderr.

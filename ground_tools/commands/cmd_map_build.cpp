@@ -581,136 +581,132 @@ void build(const BuildOptions& options) {
 
 }  // namespace
 
-void add_map_build(CLI::App& map) {
+void add_map_build(Command map) {
   const auto options = std::make_shared<BuildOptions>();
   BuildOptions& o = *options;
   DetectorParams& d = o.detector;
-  CLI::App* build_app =
-      map.add_subcommand("build", "make a flight map from an orthoimage, or from a table of boulders");
-  build_app->add_option(
+  Command build_app =
+      map.add_command("build", "make a flight map from an orthoimage, or from a table of boulders");
+  build_app.add_option(
       "ORTHO", o.ortho,
       "orthoimage that GDAL opens, geo-referenced in metres (GeoTIFF, or world file beside it)");
-  build_app->add_option("-o,--output", o.output, "the map to write (.cmap)")->required();
-  build_app->add_option("--csv", o.csv,
-                        "also write the boulders as a table (.csv, with .csvt and .prj beside it)");
-  build_app->add_option("--gpkg", o.gpkg, "and as a GeoPackage");
-  build_app->add_option("--quicklook", o.quicklook,
-                        "also write a picture of them over the orthoimage "
-                        "(.png)");
-  build_app->add_option("--quality", o.quality, "also write what the map's last line says of it (.json)");
-  build_app->add_option(
+  build_app.add_option("-o,--output", o.output, "the map to write (.cmap)").required();
+  build_app.add_option("--csv", o.csv,
+                       "also write the boulders as a table (.csv, with .csvt and .prj beside it)");
+  build_app.add_option("--gpkg", o.gpkg, "and as a GeoPackage");
+  build_app.add_option("--quicklook", o.quicklook,
+                       "also write a picture of them over the orthoimage "
+                       "(.png)");
+  build_app.add_option("--quality", o.quality, "also write what the map's last line says of it (.json)");
+  build_app.add_option(
       "--dem", o.dem,
       "elevation model that GDAL opens: the map carries its heights, the tables those under each boulder");
   build_app
-      ->add_option(
+      .add_option(
           "--height-step", o.height_step_m,
           "distance of the map's heights, m (default: 0.5, and no less than two of the model's pixels)")
-      ->check(CLI::Range(0.01, 100.0))
-      ->needs("--dem");
+      .within(0.01, 100.0)
+      .needs("--dem");
   build_app
-      ->add_option("--height-sigma", o.height_sigma_m,
-                   "what heights near each other are off in common, m (default: a quarter of the elevation "
-                   "model's pixel)")
-      ->check(CLI::Range(0.001, 1000.0))
-      ->needs("--dem");
-  build_app->add_option(
-      "--from-csv", o.from_csv,
-      "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");
-  build_app->add_option("--from-gpkg", o.from_gpkg,
-                        "or from the points of a GeoPackage, GeoJSON or shapefile with a field diameter_m");
-  build_app->add_option(
+      .add_option("--height-sigma", o.height_sigma_m,
+                  "what heights near each other are off in common, m (default: a quarter of the elevation "
+                  "model's pixel)")
+      .within(0.001, 1000.0)
+      .needs("--dem");
+  build_app.add_option("--from-csv", o.from_csv,
+                       "take the boulders from this table (columns x, y, diameter) instead of an orthoimage");
+  build_app.add_option("--from-gpkg", o.from_gpkg,
+                       "or from the points of a GeoPackage, GeoJSON or shapefile with a field diameter_m");
+  build_app.add_option(
       "--like", o.like,
       "a table: with the grid, attributes and system of this map (.cmap), which it was taken "
       "from, so that map uplink can send the difference");
-  build_app->add_option("--min-diameter", o.min_diameter_m, "omit boulders smaller than this, m")
-      ->check(CLI::NonNegativeNumber);
+  build_app.add_option("--min-diameter", o.min_diameter_m, "omit boulders smaller than this, m")
+      .not_negative();
   build_app
-      ->add_option("--quantum", o.quantum_m,
-                   "step of the positions, m (default: a quarter of a pixel or finer, at least 2 mm)")
-      ->check(CLI::PositiveNumber);
+      .add_option("--quantum", o.quantum_m,
+                  "step of the positions, m (default: a quarter of a pixel or finer, at least 2 mm)")
+      .positive();
   build_app
-      ->add_option(
+      .add_option(
           "--scale", o.scale,
           "metres of the map where the projection's differ from the ground's: auto (the ground's, from 1 % "
           "on), ground (from 0.1 % on), projection (never)")
-      ->check(CLI::IsMember({"auto", "ground", "projection"}))
-      ->capture_default_str();
-  build_app->add_flag("--positions-only", o.coding.positions_only, "omit sizes, heights and confidences");
-  build_app->add_option("--tile-boulders", o.coding.boulders_per_tile, "average number of boulders per tile")
-      ->check(CLI::Range(1.0, 4000.0))
-      ->capture_default_str();
-  build_app->add_option("--site", o.labels.site, "number of the landing site");
-  build_app->add_option("--epoch", o.labels.epoch_s,
-                        "time of the image, s since 2000-01-01T12:00:00 TT (0: unknown)");
-  build_app->add_option("--revision", o.labels.revision, "revision number of the map of this site");
+      .one_of({"auto", "ground", "projection"})
+      .default_shown();
+  build_app.add_flag("--positions-only", o.coding.positions_only, "omit sizes, heights and confidences");
+  build_app.add_option("--tile-boulders", o.coding.boulders_per_tile, "average number of boulders per tile")
+      .within(1.0, 4000.0)
+      .default_shown();
+  build_app.add_option("--site", o.labels.site, "number of the landing site");
+  build_app.add_option("--epoch", o.labels.epoch_s,
+                       "time of the image, s since 2000-01-01T12:00:00 TT (0: unknown)");
+  build_app.add_option("--revision", o.labels.revision, "revision number of the map of this site");
   build_app
-      ->add_option("--band", o.band,
-                   "band to use (default: mean of the first three of three or more, else 1)")
-      ->check(CLI::PositiveNumber);
-  build_app->add_option("--no-data", o.no_data,
-                        "value of pixels without data, besides those that the image marks; none: do not look "
-                        "for an unmarked collar");
+      .add_option("--band", o.band, "band to use (default: mean of the first three of three or more, else 1)")
+      .positive();
+  build_app.add_option("--no-data", o.no_data,
+                       "value of pixels without data, besides those that the image marks; none: do not look "
+                       "for an unmarked collar");
   build_app
-      ->add_option("--tile", o.tile_px,
-                   "side of the tiles that the image is cut into, px (default: chosen for the file); the "
-                   "map does not depend on it")
-      ->check(CLI::Range(kLeastTilePx, kMostTilePx));
-  build_app->add_option("--threads", o.threads, "threads (default: all cores); the map does not depend on it")
-      ->check(CLI::Range(1, kMostThreads));
-  build_app->add_option(
+      .add_option("--tile", o.tile_px,
+                  "side of the tiles that the image is cut into, px (default: chosen for the file); the "
+                  "map does not depend on it")
+      .within(kLeastTilePx, kMostTilePx);
+  build_app.add_option("--threads", o.threads, "threads (default: all cores); the map does not depend on it")
+      .within(1, kMostThreads);
+  build_app.add_option(
       "--state", o.state,
       "keep finished tiles in this file, so that an interrupted run can be resumed (default: OUTPUT.part "
       "for images of 64 Mpixel and more)");
   const char* detector = "Detector";
   build_app
-      ->add_option(
+      .add_option(
           "--method", o.method,
           "shadow: pairs bodies and shadows along the sun's direction (default where the sun is known); "
           "otsu: the paper's detector")
-      ->check(CLI::IsMember({"otsu", "shadow"}))
-      ->group(detector);
+      .one_of({"otsu", "shadow"})
+      .group(detector);
   build_app
-      ->add_option(
+      .add_option(
           "--sun", o.sun,
           "ELEVATION,AZIMUTH in degrees, azimuth towards the sun, clockwise from true north (default: from "
           "the image's label); auto, or ELEVATION,auto: from the image itself")
-      ->group(detector);
+      .group(detector);
   build_app
-      ->add_option("--sun-grid", o.sun_grid,
-                   "the same with the azimuth clockwise from the y axis of the image's projection")
-      ->excludes("--sun")
-      ->group(detector);
+      .add_option("--sun-grid", o.sun_grid,
+                  "the same with the azimuth clockwise from the y axis of the image's projection")
+      .excludes("--sun")
+      .group(detector);
   build_app
-      ->add_option("--min-confidence", o.shadow.min_confidence,
-                   "shadow: omit candidates with a smaller probability of being a boulder")
-      ->capture_default_str()
-      ->group(detector);
-  build_app->add_option("--background", d.background_m, "side of the window that a pixel is compared with, m")
-      ->capture_default_str()
-      ->group(detector);
-  build_app->add_option("--block", d.block_m, "side of the blocks of the adaptive threshold, m")
-      ->capture_default_str()
-      ->group(detector);
+      .add_option("--min-confidence", o.shadow.min_confidence,
+                  "shadow: omit candidates with a smaller probability of being a boulder")
+      .default_shown()
+      .group(detector);
+  build_app.add_option("--background", d.background_m, "side of the window that a pixel is compared with, m")
+      .default_shown()
+      .group(detector);
+  build_app.add_option("--block", d.block_m, "side of the blocks of the adaptive threshold, m")
+      .default_shown()
+      .group(detector);
   build_app
-      ->add_option("--threshold-scale", d.threshold_scale,
-                   "factor on Otsu's threshold; smaller values find fainter boulders")
-      ->capture_default_str()
-      ->group(detector);
+      .add_option("--threshold-scale", d.threshold_scale,
+                  "factor on Otsu's threshold; smaller values find fainter boulders")
+      .default_shown()
+      .group(detector);
   build_app
-      ->add_option("--noise-sigmas", d.noise_sigmas,
-                   "lowest threshold, in standard deviations of the ground's texture")
-      ->capture_default_str()
-      ->group(detector);
-  build_app->add_option("--median", d.median_m, "side of the median filter, m (3 to 15 px)")
-      ->capture_default_str()
-      ->group(detector);
-  build_app->add_option("--min-area", d.min_area_m2, "smallest blob, m2")
-      ->capture_default_str()
-      ->group(detector);
-  build_app->add_option("--min-area-px", d.min_area_px, "smallest blob, pixels")
-      ->capture_default_str()
-      ->group(detector);
-  build_app->callback([options] { build(*options); });
+      .add_option("--noise-sigmas", d.noise_sigmas,
+                  "lowest threshold, in standard deviations of the ground's texture")
+      .default_shown()
+      .group(detector);
+  build_app.add_option("--median", d.median_m, "side of the median filter, m (3 to 15 px)")
+      .default_shown()
+      .group(detector);
+  build_app.add_option("--min-area", d.min_area_m2, "smallest blob, m2").default_shown().group(detector);
+  build_app.add_option("--min-area-px", d.min_area_px, "smallest blob, pixels")
+      .default_shown()
+      .group(detector);
+  build_app.on_run([options] { build(*options); });
 }
 
 }  // namespace cairn::ground

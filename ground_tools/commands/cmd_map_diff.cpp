@@ -167,35 +167,35 @@ void diff(const DiffOptions& options) {
     print_json(diff_json(options, params, d, rest, tiles, a.tiles.size(), same));
   else
     print_diff(params, d, rest, tiles, a.tiles.size());
-  if (!same) throw CLI::RuntimeError(kAnswerIsNo);
+  if (!same) throw Answer{kAnswerIsNo};
 }
 
 }  // namespace
 
-void add_map_diff(CLI::App& map) {
+void add_map_diff(Command map) {
   const auto compared = std::make_shared<DiffOptions>();
   DiffOptions& d = *compared;
-  CLI::App* diff_app = map.add_subcommand(
+  Command diff_app = map.add_command(
       "diff", "compare two maps of one site, boulder by boulder; exit status 0: same, 2: different");
-  diff_app->add_option("A", d.a, "map (.cmap)")->required();
-  diff_app->add_option("B", d.b, "map (.cmap)")->required();
+  diff_app.add_option("A", d.a, "map (.cmap)").required();
+  diff_app.add_option("B", d.b, "map (.cmap)").required();
   diff_app
-      ->add_option("--within", d.within_m,
-                   "two entries are one boulder within this distance, m (default: two pixels, at least 0.1)")
-      ->check(CLI::PositiveNumber);
+      .add_option("--within", d.within_m,
+                  "two entries are one boulder within this distance, m (default: two pixels, at least 0.1)")
+      .positive();
   diff_app
-      ->add_option("--moved", d.moved_m,
-                   "a boulder has moved if it is farther away than this, m (default: the position step)")
-      ->check(CLI::NonNegativeNumber);
-  diff_app->add_flag("--align", d.align, "first remove the common shift of the two maps");
+      .add_option("--moved", d.moved_m,
+                  "a boulder has moved if it is farther away than this, m (default: the position step)")
+      .not_negative();
+  diff_app.add_flag("--align", d.align, "first remove the common shift of the two maps");
   diff_app
-      ->add_option("--reach", d.reach_m,
-                   "largest common shift to look for, m (default: ten times "
-                   "--within)")
-      ->check(CLI::PositiveNumber);
-  diff_app->add_option("--csv", d.csv, "write removed, added and moved boulders as a table");
-  diff_app->add_flag("--json", d.json, "one JSON object on stdout");
-  diff_app->callback([compared] { diff(*compared); });
+      .add_option("--reach", d.reach_m,
+                  "largest common shift to look for, m (default: ten times "
+                  "--within)")
+      .positive();
+  diff_app.add_option("--csv", d.csv, "write removed, added and moved boulders as a table");
+  diff_app.add_flag("--json", d.json, "one JSON object on stdout");
+  diff_app.on_run([compared] { diff(*compared); });
 }
 
 }  // namespace cairn::ground

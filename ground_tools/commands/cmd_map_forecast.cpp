@@ -119,27 +119,25 @@ void run(const ForecastOptions& options) {
   fmt::print("{}", options.json ? json : to_text(made, model, drive));
 }
 
-void add_model_options(CLI::App* app, ForecastOptions& o) {
+void add_model_options(Command app, ForecastOptions& o) {
   const char* group = "Model (defaults depend on the map's detector, doc/guide/forecast.md)";
-  app->add_option_function<std::string>(
+  app.add_taken(
          "--model",
          [&o](const std::string& file) {
            o.changes.emplace_back([file](ForecastModel& m) { read_model(file, m); });
          },
          "read the parameters below from the forecast_model.json of a campaign; further options override "
          "single values")
-      ->trigger_on_parse()
-      ->group(group);
+      .group(group);
   const auto number = [&](const char* name, const std::function<double&(ForecastModel&)>& of,
                           const char* what) {
-    app->add_option_function<double>(
+    app.add_taken(
            name,
            [&o, of](const double& value) {
              o.changes.emplace_back([of, value](ForecastModel& m) { of(m) = value; });
            },
            what)
-        ->trigger_on_parse()
-        ->group(group);
+        .group(group);
   };
   using Model = ForecastModel;
   number(
@@ -164,67 +162,66 @@ void add_model_options(CLI::App* app, ForecastOptions& o) {
       "error common to all boulders of the map, m per axis");
 }
 
-void add_drive_options(CLI::App* app, ForecastOptions& o) {
+void add_drive_options(Command app, ForecastOptions& o) {
   const char* group = "Drive";
-  app->add_option("--step", o.step_m, "distance between frames, m")
-      ->check(CLI::Range(0.001, 5.0))
-      ->capture_default_str()
-      ->group(group);
-  app->add_option(
-         "--turn-step", o.turn_step_deg,
-         "rotation between frames when turning in place, degrees; smaller angles than 25 are steered")
-      ->check(CLI::Range(0.05, 90.0))
-      ->capture_default_str()
-      ->group(group);
-  app->add_option("--start-sigma", o.model.sigma_start_xy_m, "of the start, m per axis")
-      ->check(CLI::Range(0.0001, 100.0))
-      ->capture_default_str()
-      ->group(group);
-  app->add_option("--start-sigma-yaw", o.start_yaw_deg, "of the start's heading, degrees")
-      ->check(CLI::Range(0.001, 180.0))
-      ->capture_default_str()
-      ->group(group);
-  app->add_option("--drift-scale", o.model.fusion.sigma_scale, "of VO's scale, as a share")
-      ->check(CLI::Range(0.0, 0.5))
-      ->capture_default_str()
-      ->group(group);
-  app->add_option("--drift-yaw", o.drift_yaw_deg_per_m, "of VO's turn, degrees per m")
-      ->check(CLI::Range(0.0, 5.0))
-      ->capture_default_str()
-      ->group(group);
+  app.add_option("--step", o.step_m, "distance between frames, m")
+      .within(0.001, 5.0)
+      .default_shown()
+      .group(group);
+  app.add_option("--turn-step", o.turn_step_deg,
+                 "rotation between frames when turning in place, degrees; smaller angles than 25 are steered")
+      .within(0.05, 90.0)
+      .default_shown()
+      .group(group);
+  app.add_option("--start-sigma", o.model.sigma_start_xy_m, "of the start, m per axis")
+      .within(0.0001, 100.0)
+      .default_shown()
+      .group(group);
+  app.add_option("--start-sigma-yaw", o.start_yaw_deg, "of the start's heading, degrees")
+      .within(0.001, 180.0)
+      .default_shown()
+      .group(group);
+  app.add_option("--drift-scale", o.model.fusion.sigma_scale, "of VO's scale, as a share")
+      .within(0.0, 0.5)
+      .default_shown()
+      .group(group);
+  app.add_option("--drift-yaw", o.drift_yaw_deg_per_m, "of VO's turn, degrees per m")
+      .within(0.0, 5.0)
+      .default_shown()
+      .group(group);
 }
 
 }  // namespace
 
-void add_map_forecast(CLI::App& map) {
+void add_map_forecast(Command map) {
   const auto options = std::make_shared<ForecastOptions>();
   ForecastOptions& o = *options;
-  CLI::App* app = map.add_subcommand(
+  Command app = map.add_command(
       "forecast", "predict where fixes will succeed along a planned drive, and how accurate they will be");
-  app->add_option("MAP", o.map, "map (.cmap)")->required();
-  app->add_option(
+  app.add_option("MAP", o.map, "map (.cmap)").required();
+  app.add_option(
          "--path", o.path,
          "way of the drive: CSV with columns x, y, metres in the map; or a line or points of a GeoPackage, GeoJSON, "
          "shapefile")
-      ->required();
-  app->add_option("-o,--output", o.output, "folder for forecast.csv, .geojson, .svg and .json");
-  app->add_option("--csv", o.csv, "write the table here");
-  app->add_option("--geojson", o.geojson, "write stations, ellipses and blind stretches here");
-  app->add_option("--gpkg", o.geopackage, "and here as a GeoPackage, a layer for each kind");
-  app->add_option("--plot", o.plot, "write the picture (SVG) here");
-  app->add_flag("--json", o.json, "print JSON instead of the table");
-  app->add_option("--blind-below", o.model.blind_below,
-                  "least probability of being applied for a fix to be counted on")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str();
-  app->add_option("--right-within", o.model.right_within_m,
-                  "a fix is right if the pose after it is within this distance of truth, m")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app->add_option("--mission", o.mission, "fail if cairn was built for another mission");
+      .required();
+  app.add_option("-o,--output", o.output, "folder for forecast.csv, .geojson, .svg and .json");
+  app.add_option("--csv", o.csv, "write the table here");
+  app.add_option("--geojson", o.geojson, "write stations, ellipses and blind stretches here");
+  app.add_option("--gpkg", o.geopackage, "and here as a GeoPackage, a layer for each kind");
+  app.add_option("--plot", o.plot, "write the picture (SVG) here");
+  app.add_flag("--json", o.json, "print JSON instead of the table");
+  app.add_option("--blind-below", o.model.blind_below,
+                 "least probability of being applied for a fix to be counted on")
+      .within(0.0, 1.0)
+      .default_shown();
+  app.add_option("--right-within", o.model.right_within_m,
+                 "a fix is right if the pose after it is within this distance of truth, m")
+      .positive()
+      .default_shown();
+  app.add_option("--mission", o.mission, "fail if cairn was built for another mission");
   add_drive_options(app, o);
   add_model_options(app, o);
-  app->callback([options] { run(*options); });
+  app.on_run([options] { run(*options); });
 }
 
 }  // namespace cairn::ground

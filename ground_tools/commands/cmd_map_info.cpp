@@ -297,14 +297,14 @@ void info(const Options& options) {
 
 }  // namespace
 
-void add_map_info(CLI::App& map) {
+void add_map_info(Command map) {
   const auto asked = std::make_shared<Options>();
-  CLI::App* info_app = map.add_subcommand("info",
-                                          "show what a map contains, and what its bytes are used "
-                                          "for");
-  info_app->add_option("MAP", asked->file, "map (.cmap)")->required();
-  info_app->add_flag("--json", asked->json, "one JSON object on stdout");
-  info_app->callback([asked] { info(*asked); });
+  Command info_app = map.add_command("info",
+                                     "show what a map contains, and what its bytes are used "
+                                     "for");
+  info_app.add_option("MAP", asked->file, "map (.cmap)").required();
+  info_app.add_flag("--json", asked->json, "one JSON object on stdout");
+  info_app.on_run([asked] { info(*asked); });
 }
 
 }  // namespace cairn::ground

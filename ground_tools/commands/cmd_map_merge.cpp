@@ -116,23 +116,23 @@ void merge(const MergeOptions& options) {
 
 }  // namespace
 
-void add_map_merge(CLI::App& map) {
+void add_map_merge(Command map) {
   const auto merged = std::make_shared<MergeOptions>();
   MergeOptions& m = *merged;
-  CLI::App* merge_app =
-      map.add_subcommand("merge", "join maps of one reference system into one; the order does not matter");
-  merge_app->add_option("MAPS", m.maps, "maps (.cmap), two or more")->required();
-  merge_app->add_option("-o,--output", m.output, "the map to write (.cmap)")->required();
+  Command merge_app =
+      map.add_command("merge", "join maps of one reference system into one; the order does not matter");
+  merge_app.add_option("MAPS", m.maps, "maps (.cmap), two or more").required();
+  merge_app.add_option("-o,--output", m.output, "the map to write (.cmap)").required();
   merge_app
-      ->add_option("--within", m.within_m,
-                   "entries of different maps are one boulder within this distance, m (default: two pixels "
-                   "of the coarsest, at least 0.1)")
-      ->check(CLI::PositiveNumber);
+      .add_option("--within", m.within_m,
+                  "entries of different maps are one boulder within this distance, m (default: two pixels "
+                  "of the coarsest, at least 0.1)")
+      .positive();
   merge_app
-      ->add_option("--quantum", m.quantum_m, "step of the positions, m (default: the finest of the maps')")
-      ->check(CLI::PositiveNumber);
-  merge_app->add_flag("--json", m.json, "one JSON object on stdout");
-  merge_app->callback([merged] { merge(*merged); });
+      .add_option("--quantum", m.quantum_m, "step of the positions, m (default: the finest of the maps')")
+      .positive();
+  merge_app.add_flag("--json", m.json, "one JSON object on stdout");
+  merge_app.on_run([merged] { merge(*merged); });
 }
 
 }  // namespace cairn::ground

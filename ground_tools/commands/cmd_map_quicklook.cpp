@@ -43,20 +43,20 @@ void quicklook(QuicklookOptions& options) {
 
 }  // namespace
 
-void add_map_quicklook(CLI::App& map) {
+void add_map_quicklook(Command map) {
   const auto shown = std::make_shared<QuicklookOptions>();
   QuicklookOptions& q = *shown;
-  CLI::App* quicklook_app = map.add_subcommand("quicklook", "draw a map's boulders over the orthoimage");
-  quicklook_app->add_option("MAP", q.map, "map (.cmap)")->required();
-  quicklook_app->add_option("-o,--output", q.output, "picture to write (.png), with .png.aux.xml beside it")
-      ->required();
-  quicklook_app->add_option("--ortho", q.params.ortho, "orthoimage to draw on (default: plain ground)");
-  quicklook_app->add_option("--band", q.params.band, "band of the orthoimage (default: as for map build)")
-      ->check(CLI::PositiveNumber);
-  quicklook_app->add_option("--max-side", q.params.max_side_px, "longest side of the picture, pixels")
-      ->capture_default_str();
-  quicklook_app->add_flag("--json", q.json, "one JSON object on stdout");
-  quicklook_app->callback([shown] { quicklook(*shown); });
+  Command quicklook_app = map.add_command("quicklook", "draw a map's boulders over the orthoimage");
+  quicklook_app.add_option("MAP", q.map, "map (.cmap)").required();
+  quicklook_app.add_option("-o,--output", q.output, "picture to write (.png), with .png.aux.xml beside it")
+      .required();
+  quicklook_app.add_option("--ortho", q.params.ortho, "orthoimage to draw on (default: plain ground)");
+  quicklook_app.add_option("--band", q.params.band, "band of the orthoimage (default: as for map build)")
+      .positive();
+  quicklook_app.add_option("--max-side", q.params.max_side_px, "longest side of the picture, pixels")
+      .default_shown();
+  quicklook_app.add_flag("--json", q.json, "one JSON object on stdout");
+  quicklook_app.on_run([shown] { quicklook(*shown); });
 }
 
 }  // namespace cairn::ground

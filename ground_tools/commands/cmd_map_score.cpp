@@ -142,44 +142,42 @@ void print_score(const ScoreOptions& options) {
 
 }  // namespace
 
-void add_map_score(CLI::App& map) {
+void add_map_score(Command map) {
   const auto score = std::make_shared<ScoreOptions>();
-  CLI::App* score_app = map.add_subcommand("score", "compare a map, or a table, with the true rocks");
-  score_app->add_option("MAP", score->map, "map (.cmap) or table (.csv)")->required();
-  score_app->add_option("--way", score->way,
-                        "only what lies near a way: that of a run (.tum), or one that was planned");
-  score_app->add_option("--within", score->params.within_m, "how near, m")
-      ->default_val(15.0)
-      ->check(CLI::PositiveNumber);
+  Command score_app = map.add_command("score", "compare a map, or a table, with the true rocks");
+  score_app.add_option("MAP", score->map, "map (.cmap) or table (.csv)").required();
+  score_app.add_option("--way", score->way,
+                       "only what lies near a way: that of a run (.tum), or one that was planned");
+  score_app.add_option("--within", score->params.within_m, "how near, m").default_shown().positive();
   score_app
-      ->add_option("--entry-diameter", score->entry_diameter_m,
-                   "smallest entry of a table that counts, m (a run's boulders.csv, say)")
-      ->check(CLI::NonNegativeNumber);
+      .add_option("--entry-diameter", score->entry_diameter_m,
+                  "smallest entry of a table that counts, m (a run's boulders.csv, say)")
+      .not_negative();
   score_app
-      ->add_option(
+      .add_option(
           "--truth", score->truth,
           "table of the true rocks (columns x, y, diameter), in the map's reference system or with a .prj beside it")
-      ->required();
-  score_app->add_flag("--json", score->json, "one JSON object on stdout");
-  score_app->add_option("--margin", score->params.margin_m, "margin of the map that is not counted, m")
-      ->capture_default_str();
-  score_app->add_option("--sun", score->sun,
-                        "ELEVATION,AZIMUTH, degrees: also print how far the entries lie towards the sun");
+      .required();
+  score_app.add_flag("--json", score->json, "one JSON object on stdout");
+  score_app.add_option("--margin", score->params.margin_m, "margin of the map that is not counted, m")
+      .default_shown();
+  score_app.add_option("--sun", score->sun,
+                       "ELEVATION,AZIMUTH, degrees: also print how far the entries lie towards the sun");
   score_app
-      ->add_option("--recall-diameter", score->params.recall_diameter_m,
-                   "smallest true rock that should be found, m")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      .add_option("--recall-diameter", score->params.recall_diameter_m,
+                  "smallest true rock that should be found, m")
+      .default_shown()
+      .positive();
   score_app
-      ->add_option("--precision-diameter", score->params.precision_diameter_m,
-                   "smallest true rock that makes an entry correct, m")
-      ->capture_default_str();
+      .add_option("--precision-diameter", score->params.precision_diameter_m,
+                  "smallest true rock that makes an entry correct, m")
+      .default_shown();
   score_app
-      ->add_option("--distance", score->params.distance_m,
-                   "largest distance between an entry and its "
-                   "rock, m")
-      ->capture_default_str();
-  score_app->callback([score] { print_score(*score); });
+      .add_option("--distance", score->params.distance_m,
+                  "largest distance between an entry and its "
+                  "rock, m")
+      .default_shown();
+  score_app.on_run([score] { print_score(*score); });
 }
 
 }  // namespace cairn::ground

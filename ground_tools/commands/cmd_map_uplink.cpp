@@ -156,51 +156,49 @@ void uplink(const UplinkOptions& options) {
 
 }  // namespace
 
-void add_map_uplink(CLI::App& map) {
+void add_map_uplink(Command map) {
   const auto options = std::make_shared<UplinkOptions>();
   UplinkOptions& o = *options;
   UplinkParams& p = o.params;
-  CLI::App* app = map.add_subcommand("uplink",
-                                     "cut a corridor around a planned path out of a map, and make "
-                                     "telecommands from it");
-  app->add_option("MAP", o.map, "map (.cmap)")->required();
-  app->add_option(
+  Command app = map.add_command("uplink",
+                                "cut a corridor around a planned path out of a map, and make "
+                                "telecommands from it");
+  app.add_option("MAP", o.map, "map (.cmap)").required();
+  app.add_option(
          "--path", o.path,
          "way of the drive: CSV with columns x, y, metres in the map; or a line or points of a GeoPackage, GeoJSON, "
          "shapefile")
-      ->required();
-  app->add_option("-o,--output", o.output,
-                  "folder for upload.tc, use.tc, map.cmap and report.json; created if missing")
-      ->required();
-  app->add_option("--base", o.base, "map in use on board: send only the difference where that is smaller");
-  app->add_option("--width", p.half_width_m, "half width of the corridor at the start of the path, m")
-      ->capture_default_str();
-  app->add_option("--drift", o.drift_percent,
-                  "growth of the half width, in per cent of the distance since the last fix")
-      ->capture_default_str();
-  app->add_option("--fix-every", p.fix_every_m,
-                  "distance between expected fixes, m (default: none expected)");
-  app->add_option("--fixes", o.fixes, "or the forecast.csv of this way: fixes where it counts on them")
-      ->excludes("--fix-every");
-  app->add_option("--budget", p.budget_bytes,
-                  "limit of bytes on the link, packet overhead included; 20k or 1M, too "
-                  "(default: no limit)")
-      ->transform(CLI::AsSizeValue(true))
-      ->check(CLI::PositiveNumber);
-  app->add_option("--chunk", p.chunk_bytes, "data per chunk, bytes")->capture_default_str();
-  app->add_option(
+      .required();
+  app.add_option("-o,--output", o.output,
+                 "folder for upload.tc, use.tc, map.cmap and report.json; created if missing")
+      .required();
+  app.add_option("--base", o.base, "map in use on board: send only the difference where that is smaller");
+  app.add_option("--width", p.half_width_m, "half width of the corridor at the start of the path, m")
+      .default_shown();
+  app.add_option("--drift", o.drift_percent,
+                 "growth of the half width, in per cent of the distance since the last fix")
+      .default_shown();
+  app.add_option("--fix-every", p.fix_every_m, "distance between expected fixes, m (default: none expected)");
+  app.add_option("--fixes", o.fixes, "or the forecast.csv of this way: fixes where it counts on them")
+      .excludes("--fix-every");
+  app.add_option("--budget", p.budget_bytes,
+                 "limit of bytes on the link, packet overhead included; 20k or 1M, too "
+                 "(default: no limit)")
+      .in_bytes()
+      .positive();
+  app.add_option("--chunk", p.chunk_bytes, "data per chunk, bytes").default_shown();
+  app.add_option(
       "--tile", p.tile_m,
       fmt::format("side of a tile, m (default: about {:.0f} boulders in each; with --base, that of "
                   "the base)",
                   kBouldersPerCutTile));
-  app->add_option(
+  app.add_option(
       "--sequence", o.sequence,
       "sequence number of the first packet: next_sequence of the upload before (default 0: the first)");
-  app->add_option(
-      "--only", o.only,
-      "write only these chunks, e.g. 3,7-9, which were lost, to lost.tc; all else stays as it is");
-  app->add_flag("--json", o.json, "print the report as JSON");
-  app->callback([options] {
+  app.add_option("--only", o.only,
+                 "write only these chunks, e.g. 3,7-9, which were lost, to lost.tc; all else stays as it is");
+  app.add_flag("--json", o.json, "print the report as JSON");
+  app.on_run([options] {
     options->params.drift = options->drift_percent / 100.0;
     if (!options->fixes.empty()) options->params.fixes_s_m = fixes_of(options->fixes);
     uplink(*options);

@@ -76,20 +76,19 @@ void verify(const Options& options) {
   } else {
     fmt::print("{}: {}, it {}\n", options.file.string(), verdict_of(status), explain(status));
   }
-  if (status != MapStatus::kUsable && status != MapStatus::kNoBoulders) throw CLI::RuntimeError(kAnswerIsNo);
+  if (status != MapStatus::kUsable && status != MapStatus::kNoBoulders) throw Answer{kAnswerIsNo};
 }
 
 }  // namespace
 
-void add_map_verify(CLI::App& map) {
+void add_map_verify(Command map) {
   const auto checked = std::make_shared<Options>();
-  CLI::App* verify_app =
-      map.add_subcommand("verify",
-                         "check a map with the flight code; exit status 0: good, 2: damaged or "
-                         "unusable");
-  verify_app->add_option("MAP", checked->file, "map (.cmap)")->required();
-  verify_app->add_flag("--json", checked->json, "one JSON object on stdout");
-  verify_app->callback([checked] { verify(*checked); });
+  Command verify_app = map.add_command("verify",
+                                       "check a map with the flight code; exit status 0: good, 2: damaged or "
+                                       "unusable");
+  verify_app.add_option("MAP", checked->file, "map (.cmap)").required();
+  verify_app.add_flag("--json", checked->json, "one JSON object on stdout");
+  verify_app.on_run([checked] { verify(*checked); });
 }
 
 }  // namespace cairn::ground

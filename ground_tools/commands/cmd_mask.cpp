@@ -47,17 +47,17 @@ void run(const MaskOptions& options) {
 
 }  // namespace
 
-void add_mask_command(CLI::App& app) {
+void add_mask_command(Command app) {
   const auto options = std::make_shared<MaskOptions>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.add_command(
       "mask",
       "The rover itself in its pictures: from a drawing to the mission's table, which flight code takes");
-  command->add_option("PICTURE", options->picture, "of the left camera's size, white where the rover is")
-      ->required();
-  command->add_option(
+  command.add_option("PICTURE", options->picture, "of the left camera's size, white where the rover is")
+      .required();
+  command.add_option(
       "-o,--output", options->output,
       "own_hardware.hpp in the mission's folder of mission_cfg; without it the cells are shown");
-  command->callback([options] { run(*options); });
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace cairn::ground

@@ -51,36 +51,36 @@ void show(const ProfileOptions& options) {
 
 }  // namespace
 
-void add_profile_command(CLI::App& app) {
+void add_profile_command(Command app) {
   const auto options = std::make_shared<ProfileOptions>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.add_command(
       "profile",
       "Cycles of the jobs on an emulated processor against their budgets; fails if one is exceeded");
-  command->add_option("profile", options->input, "file that the plugin of `make profile` wrote")->required();
-  command->add_option("--budget", options->budget, "budgets of the jobs (TOML)")->required();
-  command->add_option("--target", options->target, "target of the budgets: ppc750, leon3 ...")->required();
-  command->add_option("--console", options->console,
-                      "console of the image: operations of each frame, for cycles an operation");
-  command->add_option("--clock", options->clock_mhz, "clock, MHz (default: that of the processor's model)")
-      ->check(CLI::Range(0.001, 1.0e6));
-  command->add_option("--top", options->most, "functions to print")->check(CLI::Range(1, 100000));
-  command->add_option("-o,--output", options->output, "folder for tables (CSV) and the page (HTML)");
-  command->callback([options] { show(*options); });
+  command.add_option("profile", options->input, "file that the plugin of `make profile` wrote").required();
+  command.add_option("--budget", options->budget, "budgets of the jobs (TOML)").required();
+  command.add_option("--target", options->target, "target of the budgets: ppc750, leon3 ...").required();
+  command.add_option("--console", options->console,
+                     "console of the image: operations of each frame, for cycles an operation");
+  command.add_option("--clock", options->clock_mhz, "clock, MHz (default: that of the processor's model)")
+      .within(0.001, 1.0e6);
+  command.add_option("--top", options->most, "functions to print").within(1, 100000);
+  command.add_option("-o,--output", options->output, "folder for tables (CSV) and the page (HTML)");
+  command.on_run([options] { show(*options); });
 }
 
-void add_profile_diff_command(CLI::App& app) {
+void add_profile_diff_command(Command app) {
   struct Options {
     std::vector<std::filesystem::path> folders;
     std::size_t most = 30;
   };
   const auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.add_command(
       "profile-diff", "Profiles side by side: seconds of each job, and the functions that changed");
-  command->add_option("folders", options->folders, "two folders of `make profile` and more; the first is 1")
-      ->required()
-      ->expected(2, 100);
-  command->add_option("--top", options->most, "functions to print")->check(CLI::Range(1, 100000));
-  command->callback([options] { fmt::print("{}", profile_diff_text(options->folders, options->most)); });
+  command.add_option("folders", options->folders, "two folders of `make profile` and more; the first is 1")
+      .required()
+      .values(2, 100);
+  command.add_option("--top", options->most, "functions to print").within(1, 100000);
+  command.on_run([options] { fmt::print("{}", profile_diff_text(options->folders, options->most)); });
 }
 
 }  // namespace cairn::ground

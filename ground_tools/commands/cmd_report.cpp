@@ -46,16 +46,16 @@ void report(const ReportOptions& options) {
 
 }  // namespace
 
-void add_report_command(CLI::App& app) {
+void add_report_command(Command app) {
   const auto options = std::make_shared<ReportOptions>();
-  CLI::App* command = app.add_subcommand("report", "Make one page (HTML) that shows the results of runs");
-  command->add_option("runs", options->folders, "folders that cairn run wrote")->required();
-  command->add_option("-o,--output", options->output, "the page (default: report.html in the first folder)");
-  command->add_option(
+  Command command = app.add_command("report", "Make one page (HTML) that shows the results of runs");
+  command.add_option("runs", options->folders, "folders that cairn run wrote").required();
+  command.add_option("-o,--output", options->output, "the page (default: report.html in the first folder)");
+  command.add_option(
       "--forecast", options->forecast,
       "forecast.csv of the drive (cairn map forecast): also tell whether so few fixes were to be "
       "expected, here and in summary.json");
-  command->callback([options] { report(*options); });
+  command.on_run([options] { report(*options); });
 }
 
 }  // namespace cairn::ground

@@ -192,28 +192,28 @@ void run(RigOptions options) {
     }
     for (const std::string& warning : facts.warnings) fmt::print("warning: {}\n", warning);
   }
-  if (!why_not.empty()) throw CLI::RuntimeError(kNotAsTheyAre);
+  if (!why_not.empty()) throw Answer{kNotAsTheyAre};
 }
 
 }  // namespace
 
-void add_rig_command(CLI::App& app) {
+void add_rig_command(Command app) {
   const auto options = std::make_shared<RigOptions>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.add_command(
       "rig",
       "What a stereo calibration says: cameras, lenses, baseline, and whether its images can be flown");
   command
-      ->add_option("FILE", options->files,
-                   "calibration: one file of both cameras, or left then right (kinds: doc/guide/drives.md)")
-      ->required()
-      ->expected(1, 2);
-  command->add_flag("--raw", options->raw, "of the raw images, where the files tell of rectified ones, too");
-  command->add_flag("--colour", options->question.colour, "KITTI: cameras 2 and 3 in place of 0 and 1");
-  command->add_flag("--json", options->json, "print JSON");
-  command->add_option("--table", options->table,
-                      "write the tables as a header for the flight module (doc/guide/integration.md)");
-  command->add_option("--svg", options->svg, "draw what of the rectified images has a source");
-  command->callback([options] { run(*options); });
+      .add_option("FILE", options->files,
+                  "calibration: one file of both cameras, or left then right (kinds: doc/guide/drives.md)")
+      .required()
+      .values(1, 2);
+  command.add_flag("--raw", options->raw, "of the raw images, where the files tell of rectified ones, too");
+  command.add_flag("--colour", options->question.colour, "KITTI: cameras 2 and 3 in place of 0 and 1");
+  command.add_flag("--json", options->json, "print JSON");
+  command.add_option("--table", options->table,
+                     "write the tables as a header for the flight module (doc/guide/integration.md)");
+  command.add_option("--svg", options->svg, "draw what of the rectified images has a source");
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace cairn::ground

@@ -252,48 +252,47 @@ void run(RunOptions options) {
 
 }  // namespace
 
-void add_run_command(CLI::App& app) {
+void add_run_command(Command app) {
   const auto options = std::make_shared<RunOptions>();
-  CLI::App* command =
-      app.add_subcommand("run", "Replay a drive, on disk or simulated, through the flight module");
-  command->add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/guide/drives.md)");
+  Command command = app.add_command("run", "Replay a drive, on disk or simulated, through the flight module");
+  command.add_option("--dataset", options->dataset, "folder of stereo pairs (layout: doc/guide/drives.md)");
   command
-      ->add_option("--calibration", options->calibration,
-                   "one file or two (left, right) in place of the data set's own; kinds: cairn rig")
-      ->expected(1, 2);
-  command->add_flag("--raw", options->raw,
-                    "images are raw, where the calibration tells of rectified ones, too");
-  command->add_option("--scene", options->scene,
-                      "instead of a data set: a scene (TOML), rendered during "
-                      "the drive");
-  command->add_option("--set", options->sets,
-                      "override a value of the scene, e.g. traverse.length_m=20; repeatable");
-  command->add_option("--map", options->map, "orbital boulder map (.cmap)");
-  command->add_flag("--salvage", options->salvage,
-                    "take a map with damaged tiles, as the flight module does: without these");
-  command->add_flag("--no-map", options->no_map, "visual odometry alone");
-  command->add_option("-o,--output", options->output, "folder for the results")->required();
-  command->add_option("--ortho", options->ortho, "orthoimage to draw the plot on");
-  command->add_option("--frames", options->frames, "frames to use, FIRST:END, counted from 0");
-  command->add_option("--start", options->start,
-                      "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
-  command->add_option(
+      .add_option("--calibration", options->calibration,
+                  "one file or two (left, right) in place of the data set's own; kinds: cairn rig")
+      .values(1, 2);
+  command.add_flag("--raw", options->raw,
+                   "images are raw, where the calibration tells of rectified ones, too");
+  command.add_option("--scene", options->scene,
+                     "instead of a data set: a scene (TOML), rendered during "
+                     "the drive");
+  command.add_option("--set", options->sets,
+                     "override a value of the scene, e.g. traverse.length_m=20; repeatable");
+  command.add_option("--map", options->map, "orbital boulder map (.cmap)");
+  command.add_flag("--salvage", options->salvage,
+                   "take a map with damaged tiles, as the flight module does: without these");
+  command.add_flag("--no-map", options->no_map, "visual odometry alone");
+  command.add_option("-o,--output", options->output, "folder for the results").required();
+  command.add_option("--ortho", options->ortho, "orthoimage to draw the plot on");
+  command.add_option("--frames", options->frames, "frames to use, FIRST:END, counted from 0");
+  command.add_option("--start", options->start,
+                     "rover's start in the map: x,y,z,roll,pitch,yaw (metres, degrees)");
+  command.add_option(
       "--start-sigma", options->start_sigma,
       "what the start is uncertain by: XY,YAW (metres, degrees; default 0.05,0.57); beyond the mission's limits it is unconfirmed until a fix");
-  command->add_flag("--lost", options->lost,
-                    "the start is not known: looked for in the whole map, at any heading");
-  command->add_option("--mask", options->mask,
-                      "picture, white where the left camera sees the rover itself (default: the mission's)");
-  command->add_option("--attitude", options->attitude,
-                      "table of gravity and headings that were measured (doc/guide/drives.md); default: the "
-                      "scene's [attitude]");
-  command->add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");
-  command->add_flag("--paper", options->paper, "use the paper's own choices throughout");
+  command.add_flag("--lost", options->lost,
+                   "the start is not known: looked for in the whole map, at any heading");
+  command.add_option("--mask", options->mask,
+                     "picture, white where the left camera sees the rover itself (default: the mission's)");
+  command.add_option("--attitude", options->attitude,
+                     "table of gravity and headings that were measured (doc/guide/drives.md); default: the "
+                     "scene's [attitude]");
+  command.add_option("--degrade", options->degrade, "degrade each VO step, e.g. scale=1.02,yaw=0.1deg/m");
+  command.add_flag("--paper", options->paper, "use the paper's own choices throughout");
   command
-      ->add_option("--pictures", options->pictures,
-                   "number of frames whose pictures are kept for cairn report, evenly spaced (default 4)")
-      ->check(CLI::Range(0, 100));
-  command->callback([options] { run(*options); });
+      .add_option("--pictures", options->pictures,
+                  "number of frames whose pictures are kept for cairn report, evenly spaced (default 4)")
+      .within(0, 100);
+  command.on_run([options] { run(*options); });
 }
 
 }  // namespace cairn::ground

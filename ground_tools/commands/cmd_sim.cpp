@@ -69,26 +69,26 @@ void simulate(const SimOptions& options) {
 
 }  // namespace
 
-void add_sim_command(CLI::App& app) {
+void add_sim_command(Command app) {
   const auto options = std::make_shared<SimOptions>();
-  CLI::App* command = app.add_subcommand(
+  Command command = app.add_command(
       "sim",
       "Render a simulated drive over a field of boulders and craters: stereo pairs, orthoimages, truth");
-  command->add_option("scene", options->scene,
-                      "the scene, TOML (keys: doc/guide/simulator.md); default: the paper's");
-  command->add_option("--set", options->sets,
-                      "override a value of the scene, e.g. traverse.length_m=20; repeatable");
-  command->add_option("-o,--output", options->output, "folder for the data set")->required();
-  command->add_option("--ortho", options->ortho_m, "pixel sizes of the orthoimages, m, e.g. 0.005,0.02")
-      ->delimiter(',');
+  command.add_option("scene", options->scene,
+                     "the scene, TOML (keys: doc/guide/simulator.md); default: the paper's");
+  command.add_option("--set", options->sets,
+                     "override a value of the scene, e.g. traverse.length_m=20; repeatable");
+  command.add_option("-o,--output", options->output, "folder for the data set").required();
+  command.add_option("--ortho", options->ortho_m, "pixel sizes of the orthoimages, m, e.g. 0.005,0.02")
+      .separated_by(',');
   command
-      ->add_option("--ortho-samples", options->ortho_samples,
-                   "most samples across the smallest orthoimage's pixel: 4 is quick, with rougher edges")
-      ->check(CLI::Range(2, sim::kOrthoSamples))
-      ->capture_default_str();
-  command->add_option("--frames", options->frames, "frames to render, FIRST:END, counted from 0");
-  command->add_flag("--no-frames", options->no_frames, "no stereo pairs");
-  command->callback([options] { simulate(*options); });
+      .add_option("--ortho-samples", options->ortho_samples,
+                  "most samples across the smallest orthoimage's pixel: 4 is quick, with rougher edges")
+      .within(2, sim::kOrthoSamples)
+      .default_shown();
+  command.add_option("--frames", options->frames, "frames to render, FIRST:END, counted from 0");
+  command.add_flag("--no-frames", options->no_frames, "no stereo pairs");
+  command.on_run([options] { simulate(*options); });
 }
 
 }  // namespace cairn::ground

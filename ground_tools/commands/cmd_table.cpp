@@ -175,17 +175,17 @@ void tabulate(const TableOptions& options) {
 
 }  // namespace
 
-void add_table_command(CLI::App& app) {
+void add_table_command(Command app) {
   const auto options = std::make_shared<TableOptions>();
-  CLI::App* command =
-      app.add_subcommand("table", "Errors of many runs by map and VO, beside Table I of the paper");
+  Command command =
+      app.add_command("table", "Errors of many runs by map and VO, beside Table I of the paper");
   command
-      ->add_option("runs", options->runs,
-                   "folders that cairn run wrote; runs with maps of the same name "
-                   "are grouped")
-      ->required();
-  command->add_option("-o,--output", options->output, "the same as CSV");
-  command->callback([options] { tabulate(*options); });
+      .add_option("runs", options->runs,
+                  "folders that cairn run wrote; runs with maps of the same name "
+                  "are grouped")
+      .required();
+  command.add_option("-o,--output", options->output, "the same as CSV");
+  command.on_run([options] { tabulate(*options); });
 }
 
 }  // namespace cairn::ground

@@ -142,16 +142,16 @@ void write_tape(const TapeOptions& options) {
 
 }  // namespace
 
-void add_tape_command(CLI::App& app) {
+void add_tape_command(Command app) {
   const auto options = std::make_shared<TapeOptions>();
-  CLI::App* command = app.add_subcommand("tape",
-                                         "Pack a drive and its map for a target without a file "
-                                         "system");
-  command->add_option("--dataset", options->dataset, "folder of stereo pairs, with truth")->required();
-  command->add_option("--map", options->map, "flight map (.cmap)");
-  command->add_option("--frames", options->frames, "FIRST:END, counted from 0");
-  command->add_option("-o,--output", options->output, "the tape")->required();
-  command->callback([options] { write_tape(*options); });
+  Command command = app.add_command("tape",
+                                    "Pack a drive and its map for a target without a file "
+                                    "system");
+  command.add_option("--dataset", options->dataset, "folder of stereo pairs, with truth").required();
+  command.add_option("--map", options->map, "flight map (.cmap)");
+  command.add_option("--frames", options->frames, "FIRST:END, counted from 0");
+  command.add_option("-o,--output", options->output, "the tape").required();
+  command.on_run([options] { write_tape(*options); });
 }
 
 }  // namespace cairn::ground

@@ -12,7 +12,7 @@ namespace cairn::ground {
 struct ScoreParams {
   double margin_m = 0.5;            ///< rocks and entries nearer than this to the extent's rim do not count
   std::vector<Vec2> way_map_m;      ///< of a drive: what lies farther from it than within_m does not count;
-  double within_m = 0.0;            ///< no way: all counts
+  double within_m = 15.0;           ///< no way: all counts
   double recall_diameter_m = 0.15;  ///< true rocks of this size and more are to be found
   double precision_diameter_m = 0.08;  ///< true rocks of this size and more make an entry right
   double distance_m = 0.10;  ///< an entry belongs to a rock within this, or within half the rock's diameter

@@ -1,0 +1,103 @@
+#include "commands/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace cairn::ground {
+
+OptionRules& OptionRules::required() {
+  option_->required();
+  return *this;
+}
+OptionRules& OptionRules::within(int least, int most) {
+  option_->check(CLI::Range(least, most));
+  return *this;
+}
+OptionRules& OptionRules::within(double least, double most) {
+  option_->check(CLI::Range(least, most));
+  return *this;
+}
+OptionRules& OptionRules::positive() {
+  option_->check(CLI::PositiveNumber);
+  return *this;
+}
+OptionRules& OptionRules::not_negative() {
+  option_->check(CLI::NonNegativeNumber);
+  return *this;
+}
+OptionRules& OptionRules::one_of(std::initializer_list<std::string> words) {
+  option_->check(CLI::IsMember(std::vector<std::string>(words)));
+  return *this;
+}
+OptionRules& OptionRules::in_bytes() {
+  option_->transform(CLI::AsSizeValue(true));
+  return *this;
+}
+OptionRules& OptionRules::values(int least, int most) {
+  option_->expected(least, most);
+  return *this;
+}
+OptionRules& OptionRules::separated_by(char mark) {
+  option_->delimiter(mark);
+  return *this;
+}
+OptionRules& OptionRules::needs(const std::string& other) {
+  option_->needs(other);
+  return *this;
+}
+OptionRules& OptionRules::excludes(const std::string& other) {
+  option_->excludes(other);
+  return *this;
+}
+OptionRules& OptionRules::default_shown() {
+  option_->capture_default_str();
+  return *this;
+}
+OptionRules& OptionRules::group(const std::string& heading) {
+  option_->group(heading);
+  return *this;
+}
+
+Command Command::add_command(const std::string& name, const std::string& text) const {
+  return Command(*app_->add_subcommand(name, text));
+}
+void Command::require_command() const { app_->require_subcommand(1); }
+void Command::on_run(std::function<void()> run) const { app_->callback(std::move(run)); }
+
+template <typename T>
+OptionRules Command::add_option(const std::string& names, T& into, const std::string& text) const {
+  return OptionRules(app_->add_option(names, into, text));
+}
+#define OPTION_OF(...) \
+  template OptionRules Command::add_option(const std::string&, __VA_ARGS__&, const std::string&) const
+OPTION_OF(double);
+OPTION_OF(int);
+OPTION_OF(unsigned);
+OPTION_OF(unsigned short);
+OPTION_OF(unsigned long);
+OPTION_OF(std::optional<unsigned>);
+OPTION_OF(std::string);
+OPTION_OF(std::filesystem::path);
+OPTION_OF(std::vector<double>);
+OPTION_OF(std::vector<std::string>);
+OPTION_OF(std::vector<std::filesystem::path>);
+#undef OPTION_OF
+
+OptionRules Command::add_taken(const std::string& names, std::function<void(const std::string&)> take,
+                               const std::string& text) const {
+  return OptionRules(app_->add_option_function<std::string>(names, take, text)->trigger_on_parse());
+}
+OptionRules Command::add_taken(const std::string& names, std::function<void(double)> take,
+                               const std::string& text) const {
+  return OptionRules(app_->add_option_function<double>(
+                             names, [take](const double& value) { take(value); }, text)
+                         ->trigger_on_parse());
+}
+OptionRules Command::add_flag(const std::string& names, bool& into, const std::string& text) const {
+  return OptionRules(app_->add_flag(names, into, text));
+}
+
+}  // namespace cairn::ground
