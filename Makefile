@@ -68,14 +68,20 @@ TAPE_SRC     := platform/tape/tape_hal.cpp platform/tape/player.cpp
 TOOL_MAIN    := ground_tools/commands/cairn.cpp
 TOOL_SRC     := $(sort $(filter-out $(TOOL_MAIN) ground_tools/checks/%,$(wildcard ground_tools/*/*.cpp)))
 SUPPORT_SRC  := $(filter-out $(if $(BARE),%/image_file.cpp),$(sort $(wildcard unit_tests/support/*.cpp)))
-TEST_SRC     := $(sort $(wildcard unit_tests/*/test_*.cpp unit_tests/ground_tools/*/test_*.cpp))
+# Missions that have a data set, and the test that needs it, in their own sizes.
+DATA_TEST    := unit_tests/integration/test_mission_data.cpp
+DATA         := $(or $(CAIRN_DATA),../shared/data)
+DATA_MISSIONS := euroc kitti lunar
+DATA_OF_euroc := euroc_still
+DATA_OF_kitti := kitti06
+DATA_OF_lunar := lac_stereo
+ALL_TESTS    := $(wildcard unit_tests/*/test_*.cpp unit_tests/ground_tools/*/test_*.cpp)
+TEST_SRC     := $(sort $(filter-out $(DATA_TEST),$(ALL_TESTS)))
 # Those of ground tools and those that read files are the host's alone.
 HOST_TESTS   := $(foreach room,ground_tools integration opencv,unit_tests/$(room)/%)
-# Missions whose data set only this test needs, and only in their own sizes.
-DATA_MISSIONS := euroc kitti lunar
-DATA_TEST    := unit_tests/integration/test_mission_data.cpp
+# What the data sets' test needs of the ground tools.
 NOT_FOR_DATA := ortho/heights% cmap/corridor% cmap/delta_% cmap/uplink% cmap/upload_%
-DATA_TOOLS   := $(foreach room,base dataset ortho detect cmap,$(wildcard ground_tools/$(room)/*.cpp))
+DATA_TOOLS   := $(foreach room,base dataset ortho cmap,$(wildcard ground_tools/$(room)/*.cpp))
 DATA_TOOLS   := $(filter-out $(NOT_FOR_DATA:%=ground_tools/%),$(DATA_TOOLS))
 
 obj = $(addprefix $(B)/,$(addsuffix .o,$(basename $(1))))
@@ -282,8 +288,10 @@ test: ## build and run all tests, plain and then with the sanitizers; on other t
 	run() { printf 'Tests, %s\n' "$$1"; shift; $(MAKE) run-tests "$$@" || faults=1; }; \
 	run '$(if $(BARE),on an emulated $(TARGET),plain)' SAN=; \
 	$(if $(BARE),$(MAKE) try-sdk || faults=1;, \
-	for m in $(filter-out $(MISSION),$(DATA_MISSIONS)); do \
-	  run "data of mission $$m" SAN= MISSION=$$m TEST_SRC=$(DATA_TEST) TOOL_SRC='$(DATA_TOOLS)'; done; \
+	$(foreach m,$(filter-out $(MISSION),$(DATA_MISSIONS)),\
+	  if [ -e '$(DATA)/$(DATA_OF_$m)' ]; then \
+	    run 'data of mission $m' SAN= MISSION=$m TEST_SRC=$(DATA_TEST) TOOL_SRC='$(DATA_TOOLS)'; \
+	  else printf 'Tests, data of mission $m: left out, there is no %s\n' '$(DATA)/$(DATA_OF_$m)'; fi;) \
 	run 'with the address and undefined-behaviour sanitizers' SAN=1;) \
 	exit $$faults
 
