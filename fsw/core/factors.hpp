@@ -1,5 +1,5 @@
 /// A small symmetric positive definite matrix in factors, m = P' L D L' P with L unit lower triangular, D
-/// diagonal and P an order of rows, by the largest pivot left (Golub and Van Loan, Matrix Computations, 4.2.8).
+/// diagonal and P an order of rows, by the largest pivot left (Golub and Van Loan, Matrix Computations, 4.2).
 ///
 /// One kernel for all sizes: Eigen's own, made anew for each size and caller, were 20 kB of code and half the
 /// time to build those who call them.
@@ -25,7 +25,7 @@ class Factors {
 
   explicit Factors(const Matrix& m) : m_(m) { factorise(m_.data(), order_, N); }
 
-  /// Whether the matrix is positive definite. Where not, nothing that solve() and inverse() give means anything.
+  /// Whether the matrix is positive definite. Where not, what solve() and inverse() give means nothing.
   bool positive() const {
     for (int k = 0; k < N; ++k) {
       if (!(m_(k, k) > 0.0)) return false;

@@ -1,5 +1,5 @@
-// Factors of symmetric matrices: solutions, inverses and determinants by definition, at every size that is used
-// and over ten decades, and matrices that are not positive definite told.
+// Factors of symmetric matrices: solutions, inverses and determinants by definition, at every size that is
+// used, with units ten decades apart; matrices that are not positive definite are told.
 #include "core/factors.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// The figures that the project promises of odometry, on whole data sets: each mission runs the one that its sizes
-// are made for (make MISSION=kitti build/host-kitti/tests/integration/test_mission_data).
+// The figures that the project promises of odometry, on whole data sets: each mission runs the one that its
+// sizes are made for (make MISSION=kitti build/host-kitti/tests/integration/test_mission_data).
 #include <cstring>
 
 #include "integration/replay.hpp"
