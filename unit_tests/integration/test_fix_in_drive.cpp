@@ -583,6 +583,35 @@ void test_a_false_claim_is_refuted_on_dense_ground(void**) {
   }
 }
 
+/// Boulders that are too small for a map's pixels are missing on it wherever the rover is: they refute a claim
+/// on a map of fine pixels, and say nothing on one of coarse pixels.
+void test_what_a_map_cannot_hold_refutes_nothing(void**) {
+  constexpr int kFixes = 6;
+  Random random(7);
+  const Vec2 start_m = planar(*data.truth_rover(0)).translation();
+  const std::vector<ground::TableBoulder> rocks = anywhere(random, start_m, 1.0);
+  for (const double pixel_m : {0.01, 0.1}) {  // boulders of 0.2 m: 20 pixels, 2
+    ground::CmapSource source;
+    source.pixel_m = pixel_m;
+    FlightMap map;
+    map.bytes = ground::encode_cmap(rocks, ground::extent_of(rocks), 0.001, source);
+    assert_status(map.validate(), MapStatus::kUsable);
+    init(eager());
+    localizer.set_map(map.map);
+    start(0, 0.05, 0.01);
+    run(0, 1);
+    const Pose2 T_site_map = localizer.T_map_site().inverse();
+    for (int k = 0; k < kFixes; ++k) {
+      std::vector<Vec2> seen = seen_about(random, rocks, place(), 0, 20);
+      for (Vec2& p : seen) p = T_site_map * p;
+      see(seen);
+      take_fix();
+      assert_true(localizer.last_fix().status != FixStatus::kApplied);
+    }
+    assert_int_equal(localizer.trust() == Trust::kClaimed, pixel_m > 0.05);
+  }
+}
+
 /// The rover may be anywhere on the ground of its map, at any heading, and sigma says so.
 void assert_may_be_anywhere() {
   const PoseFusion& fusion = localizer.fusion();
@@ -726,6 +755,7 @@ int main() {
       cmocka_unit_test(test_a_slip_is_seen_in_what_is_in_view),
       cmocka_unit_test(test_a_slip_is_seen_at_once),
       cmocka_unit_test(test_a_false_claim_is_refuted_on_dense_ground),
+      cmocka_unit_test(test_what_a_map_cannot_hold_refutes_nothing),
       cmocka_unit_test(test_what_is_refuted_may_be_anywhere),
       cmocka_unit_test(test_what_agrees_beyond_a_claim_does_not_keep_it),
       cmocka_unit_test(test_what_refutes_a_claim_finds_the_rover),
