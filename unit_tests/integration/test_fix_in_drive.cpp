@@ -583,8 +583,8 @@ void test_a_false_claim_is_refuted_on_dense_ground(void**) {
   }
 }
 
-/// Boulders that are too small for a map's pixels are missing on it wherever the rover is: they refute a claim
-/// on a map of fine pixels, and say nothing on one of coarse pixels.
+/// Boulders that are too small for a map's pixels are missing on it wherever the rover is: they refute a
+/// claim on a map of fine pixels, and say nothing on one of coarse pixels.
 void test_what_a_map_cannot_hold_refutes_nothing(void**) {
   constexpr int kFixes = 6;
   Random random(7);
