@@ -10,6 +10,7 @@
 #include "dataset/image.hpp"
 #include "localizer/localizer.hpp"
 #include "support/cmocka.hpp"
+#include "support/data.hpp"
 
 namespace cairn::test {
 
@@ -19,6 +20,17 @@ inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;
 #endif
+
+/// Leaves the test where the data set is absent, or the build has the sanitizers.
+#define NEEDS_DATA(folder, relative)                                          \
+  do {                                                                        \
+    if (kSanitized) {                                                         \
+      print_message("skipped: %s, too long with the sanitizers\n", relative); \
+      skip();                                                                 \
+    }                                                                         \
+    (folder) = find_data(relative);                                           \
+    SKIP_WITHOUT(folder, relative);                                           \
+  } while (false)
 
 inline const std::string kSample = CAIRN_SOURCE_DIR "/unit_tests/integration/sample";
 inline constexpr int kFixInterval = 30;

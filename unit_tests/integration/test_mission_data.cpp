@@ -14,17 +14,6 @@ namespace {
 Localizer localizer;
 Pair pair;
 
-/// Leaves the test where the data set is absent, or the build has the sanitizers.
-#define NEEDS_DATA(folder, relative)                                          \
-  do {                                                                        \
-    if (kSanitized) {                                                         \
-      print_message("skipped: %s, too long with the sanitizers\n", relative); \
-      skip();                                                                 \
-    }                                                                         \
-    (folder) = find_data(relative);                                           \
-    SKIP_WITHOUT(folder, relative);                                           \
-  } while (false)
-
 std::string folder;
 Dataset data;
 
