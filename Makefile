@@ -76,7 +76,7 @@ DATA_OF_euroc := euroc_still
 DATA_OF_kitti := kitti06
 DATA_OF_lunar := lac_stereo
 ALL_TESTS    := $(wildcard unit_tests/*/test_*.cpp unit_tests/ground_tools/*/test_*.cpp)
-TEST_SRC     := $(sort $(filter-out $(DATA_TEST),$(ALL_TESTS)))
+TEST_SRC     := $(sort $(filter-out $(if $(DATA_OF_$(MISSION)),,$(DATA_TEST)),$(ALL_TESTS)))
 # Those of ground tools and those that read files are the host's alone.
 HOST_TESTS   := $(foreach room,ground_tools integration opencv,unit_tests/$(room)/%)
 # What the data sets' test needs of the ground tools.

@@ -23,7 +23,7 @@ using MapBoulders = FixedVector<MapBoulder, cfg::kMaxMapWindowBoulders>;
 struct LocalBoulder {
   Vec2 p_site_m = Vec2(0.0, 0.0);
   double z_site_m = 0.0;
-  float diameter_m = 0.0F;
+  float diameter_m = 0.0F;      ///< 0 = unknown
   float spread_m = 0.0F;        ///< root mean square distance of its 3D points from their mean
   float sigma_m = 0.0F;         ///< error of its place in the local map, on an axis; 0 = as of all
   std::uint32_t id = 0;         ///< unique over the drive

@@ -44,7 +44,6 @@ FixStatus fix_status(MapFixStatus status) {
 
 constexpr double kSurveyEvery_m = 1.5;  // of way: a third of what the relief holds beyond what is seen
 constexpr double kRefuted = 6.9;        // nats against the pose: odds of 1000 to 1
-constexpr double kHeld_px = 4.0;        // of the orthoimage: what is so wide is missing on few maps
 constexpr double kSlide = 2.0;          // longest steps of VO: sigma of a slide
 constexpr double kWorthIt = 1.0;        // nats for a pose that is carried along
 constexpr std::size_t kFresh = 4;       // boulders that make a window
@@ -539,7 +538,6 @@ void Localizer::set_map(const OrbitalMap& map) {
   heights_due_ = false;
   tilt_.leave_ground();
   map_ = map;
-  against_nats_ = 0.0;
   expect_of_map();
 }
 
@@ -649,17 +647,6 @@ MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
   return map_fix_.start_tracked(params, map_, local, T_map_site_, fix_pivot_site_m_, prior);
 }
 
-/// What a search says against the pose about which it found nothing, nats. Boulders that are small for the
-/// map's pixels are missing on it anywhere, and fewer than make a hypothesis can't be told from none.
-double Localizer::against(double log_ratio, const LocalMap& local) const {
-  const auto least_m = static_cast<float>(kHeld_px * map_.pixel_m());
-  std::size_t held = 0;
-  for (const LocalBoulder& b : local) held += b.diameter_m >= least_m ? 1U : 0U;
-  if (held < kFresh) return 0.0;
-  const double said = log_ratio - evidence_of_misses(local.size()) + evidence_of_misses(held);
-  return said < 0.0 ? said : 0.0;
-}
-
 /// After a search about the pose that found nothing. Fixes whose boulders are likelier unrelated to the map
 /// than on it speak against the pose, and add up. A search of the whole map settles it: it finds the pose, or
 /// there is nothing to be found and the count begins anew. Of a claim the first search speaks: what is found
@@ -667,7 +654,8 @@ double Localizer::against(double log_ratio, const LocalMap& local) const {
 bool Localizer::look_farther() {
   const MapFixResult& result = map_fix_.result();
   const bool claim = fix_stage_ == FixStage::kSearch && trust_.unproven();
-  if (fix_stage_ == FixStage::kSearch) against_nats_ += against(result.verdict.log_ratio, map_fix_.local());
+  if (fix_stage_ == FixStage::kSearch && result.verdict.log_ratio < 0.0)
+    against_nats_ += result.verdict.log_ratio;
   if (!claim && against_nats_ > -kRefuted) return false;
   fix_.hypotheses += result.hypotheses;
   if (!claim) {

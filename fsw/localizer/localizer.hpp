@@ -331,7 +331,6 @@ class Localizer {
   MapFixStatus start_stage(FixStage stage, const LocalMap& local);
   bool next_stage();
   bool look_farther();
-  double against(double log_ratio, const LocalMap& local) const;
   bool searched() const { return fix_stage_ >= FixStage::kSearch; }
   Vec3 start_of_stage() const;
   void carry_on(FixStatus status);

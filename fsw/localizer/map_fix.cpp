@@ -178,20 +178,17 @@ Progress MapFix::read_window(WorkBudget& budget) {
   return Progress::kDone;
 }
 
-/// Whether the evidence of n local boulders, those that are wide enough for the map's pixels, of which two
-/// fifths are the map's would pass the threshold in nearly every case:
+/// Whether the evidence of `boulders` of which two fifths are the map's would pass the threshold in
+/// nearly every case:
 ///   n [ p (ln(p / (2 pi density s^2)) - 1) + (1 - p) ln(1 - p) ] - 2 sqrt(n p) > threshold + volume,
 /// with the volume term that a fix of a few centimetres in a prior of a few decimetres, or in a
 /// whole map, costs.
-bool MapFix::expects_proof(double density) const {
-  constexpr double kLeast_px = 2.4;  // as wide as a map's smallest boulders are
+bool MapFix::expects_proof(std::size_t boulders, double density) const {
   constexpr double kTrueShare = 0.4;
   constexpr double kVolumeTracked = 6.0;
   constexpr double kVolumeLost = 18.0;
   const double s = params_.search.evidence.sigma_pair_m;
-  const auto least_m = static_cast<float>(kLeast_px * map_.pixel_m());
-  double n = 0.0;
-  for (const LocalBoulder& b : local_) n += b.diameter_m >= least_m ? 1.0 : 0.0;
+  const auto n = static_cast<double>(boulders);
   const double each = kTrueShare * (ln(kTrueShare / (2.0 * kPi * density * s * s)) - 1.0) +
                       (1.0 - kTrueShare) * ln(1.0 - kTrueShare);
   const double volume = phase_ == Phase::kRelocate ? kVolumeLost : kVolumeTracked;
@@ -218,7 +215,7 @@ void MapFix::take_search() {
   result_.rms_m = r.best.rms_m;
   result_.pairs = r.best.matched;
   result_.sightings = static_cast<std::uint16_t>(r.sightings);
-  result_.proof_expected = r.density > 0.0 && expects_proof(r.density);
+  result_.proof_expected = r.density > 0.0 && expects_proof(static_cast<std::size_t>(r.sightings), r.density);
   Mat3 information;
   if (!inverse(prior_covariance_, information)) {
     status_ = MapFixStatus::kBadInput;
@@ -242,7 +239,7 @@ void MapFix::take_relocation() {
   result_.sightings = static_cast<std::uint16_t>(local_.size());
   const Vec2 extent = map_.extent_m();
   const double area = (extent.x() + 1.0) * (extent.y() + 1.0);
-  result_.proof_expected = expects_proof((map_.count() + 1.0) / area);
+  result_.proof_expected = expects_proof(local_.size(), (map_.count() + 1.0) / area);
   if (relocation_.status() != RelocationStatus::kJudged) {
     status_ = status_of(relocation_.status());
     // As where a prior that is not wide leaves nothing to be weighed.

@@ -114,7 +114,7 @@ class MapFix {
   void begin_search();
   void take_search();
   void take_relocation();
-  bool expects_proof(double density) const;
+  bool expects_proof(std::size_t boulders, double density) const;
   void judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,
               const Mat3& prior_information);
 

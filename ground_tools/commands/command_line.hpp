@@ -28,7 +28,7 @@ class OptionRules {
   OptionRules& positive();
   OptionRules& not_negative();
   OptionRules& one_of(std::initializer_list<std::string> words);
-  /// Bytes; k, m and g behind the number are powers of 1024.
+  /// Bytes: 300, 20k (20,000), 20ki (20,480); m and g likewise.
   OptionRules& in_bytes();
   /// How many values in a row, 1 where not told.
   OptionRules& values(int least, int most);
@@ -48,7 +48,9 @@ class Command {
  public:
   explicit Command(CLI::App& app) : app_(&app) {}
   Command add_command(const std::string& name, const std::string& text) const;
+  /// One of its own commands must be given.
   void require_command() const;
+  /// What the command does, once all of its options are read.
   void on_run(std::function<void()> run) const;
 
   /// `names` as "-o,--output", or "file" for one without a dash. T: those that command_line.cpp lists.
