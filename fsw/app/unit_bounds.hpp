@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "app/executive.hpp"
+#include "core/crc32.hpp"
 #include "features/sift_descriptor.hpp"
 
 namespace cairn::app {
@@ -74,7 +75,7 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kBoulders, "landmarks: one put among them", Landmarks::take_ops(cfg::kMaxLandmarks)},
     {cfg::Task::kFixBegin, "tracks merged with one", BoulderTracks::settle_ops(unit_bounds::kLocal)},
     {cfg::Task::kFixBegin, "snapshot", Localizer::kBeginFixOps},
-    {cfg::Task::kFix, "map: bytes of a CRC", MapReader::kCrcUnitBytes},
+    {cfg::Task::kFix, "map: bytes of a CRC", kCrcUnitBytes},
     {cfg::Task::kFix, "map: 32 boulders", MapReader::kChunkOps},
     {cfg::Task::kFix, "grid: begun", BoulderGrid::start_ops(cfg::kMaxMapWindowBoulders)},
     {cfg::Task::kFix, "grid: 256 boulders", BoulderGrid::kChunkOps},

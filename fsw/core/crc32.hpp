@@ -8,6 +8,8 @@
 
 namespace cairn {
 
+constexpr std::uint32_t kCrcUnitBytes = 256;  ///< as many are one unit of work
+
 /// CRC of `size` bytes. Pass the CRC of the bytes before as `crc` to go on; 0 starts afresh.
 std::uint32_t crc32(const std::uint8_t* data, std::size_t size, std::uint32_t crc = 0);
 

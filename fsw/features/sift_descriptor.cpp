@@ -8,8 +8,8 @@ namespace {
 
 constexpr int kCells = 4;
 constexpr int kBins = 8;
-constexpr int kSide = (kCells + 1) * kCellPx - 1;  // samples a side: those within 2.5 cells of the keypoint
-constexpr int kFirst = -(kSide / 2);               // offset of the first sample from the keypoint
+constexpr int kSpan = (kCells + 1) * kCellPx - 1;  // samples a side: within 2.5 cells of the keypoint
+constexpr int kFirst = -(kSpan / 2);               // offset of the first sample from the keypoint
 static_assert(kCellPx == 4, "shares of a cell are quarters");
 
 /// Votes of one row of cells, or of one row of samples: 4 cells x 8 orientations.
@@ -74,7 +74,7 @@ inline void vote_row(const SmoothImage& image, int u, int v, RowHistogram& row,
 }
 
 /// The Gaussian window at the cells' centres, 1.5 and 0.5 cells from the keypoint, in 1/64.
-constexpr std::uint32_t kWindow[kCells] = {48, 62, 62, 48};
+constexpr std::uint32_t kCellWeight[kCells] = {48, 62, 62, 48};
 
 /// Normalised to length 512, cut at 0.2 of it, normalised again.
 Descriptor quantise(std::uint32_t (&h)[kDescriptorSize]) {
@@ -130,8 +130,8 @@ Descriptor describe(const SmoothImage& image, int iu, int iv) {
                iv < image.height - kDescriptorMargin);
   std::uint32_t h[kDescriptorSize];
   RowHistogram lower;  // what the rows since the last row of cells give the next one
-  const auto columns = std::make_integer_sequence<int, kSide>();
-  for (int j = -1; j < kSide;) {
+  const auto columns = std::make_integer_sequence<int, kSpan>();
+  for (int j = -1; j < kSpan;) {
     // Four rows whose shares of the cells above them are 4, 3, 2, 1 quarters, and of those below 0, 1, 2, 3:
     // the running sums of the rows add up to the first.
     RowHistogram sum;
@@ -152,7 +152,7 @@ Descriptor describe(const SmoothImage& image, int iu, int iv) {
   }
   for (int j = 0; j < kCells; ++j) {
     for (int i = 0; i < kCells; ++i) {
-      const std::uint32_t w = kWindow[j] * kWindow[i] / kCellPx;
+      const std::uint32_t w = kCellWeight[j] * kCellWeight[i] / kCellPx;
       for (int b = 0; b < kBins; ++b) {
         std::uint32_t& v = h[(j * kCells + i) * kBins + b];
         v = (v >> 12U) * w + (((v & 0xFFFU) * w) >> 12U);

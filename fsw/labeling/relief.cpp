@@ -5,7 +5,7 @@
 namespace cairn {
 namespace {
 
-constexpr int kPlaneIterations = 8;
+constexpr int kGroundIterations = 8;
 double positive(double v) { return v > 0.0 ? v : 0.0; }
 
 constexpr double kFarthest_m = 1.0e5;         // of a point from the site's origin
@@ -173,7 +173,7 @@ void Relief::plane() {
   const double side = kBlock * params_.cell_m;
   GroundPlane plane{};
   int used = 0;
-  for (int iteration = 0; iteration < kPlaneIterations; ++iteration) {
+  for (int iteration = 0; iteration < kGroundIterations; ++iteration) {
     PlaneSums sums;
     used = 0;
     for (int k = 0; k < 25; ++k) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/factors.hpp"
 
 namespace cairn {
@@ -9,11 +10,7 @@ namespace {
 
 constexpr double kForgiven = 0.9;  // of a contradiction's variance, by each ground that agrees
 
-constexpr double kTurnedAnyhow = 1.8;  // sigma of a tilt about which nothing is known
-
-double square(double v) { return v * v; }
-
-double clamped(double v, double limit) { return v > limit ? limit : (v < -limit ? -limit : v); }
+constexpr double kTiltedAnyhow = 1.8;  // sigma of a tilt about which nothing is known
 
 bool finite(double v) { return std::fabs(v) <= 1.0e8; }
 
@@ -108,7 +105,7 @@ void AttitudeFusion::doubt(double xyz_m, double turn_rad) {
 void AttitudeFusion::caught_up() { hidden_m_ = hidden_rad_ = 0.0; }
 
 void AttitudeFusion::give_up() {
-  const double tilt_rad = hidden_rad_ < kTurnedAnyhow ? hidden_rad_ : kTurnedAnyhow;
+  const double tilt_rad = hidden_rad_ < kTiltedAnyhow ? hidden_rad_ : kTiltedAnyhow;
   P_(0, 0) += square(hidden_m_);
   P_(1, 1) += square(tilt_rad);
   P_(2, 2) += square(tilt_rad);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/big_endian.hpp"
 #include "core/crc32.hpp"
 #include "core/factors.hpp"
@@ -11,8 +12,6 @@ namespace cairn {
 namespace {
 
 constexpr int kRounds = 5;
-
-double square(double v) { return v * v; }
 
 }  // namespace
 

@@ -53,7 +53,6 @@ struct GroundOffset {
 class GroundHeightJob {
  public:
   static constexpr std::size_t kMaxPoints = 120;
-  static constexpr std::uint32_t kCrcUnitBytes = 256;
   static constexpr std::uint32_t kStartOps = 40 * kMaxPoints;  ///< of start(), which the caller books
   static constexpr std::uint32_t kTileOps = 10;
   static constexpr std::uint32_t kRowOps = 12 * cmap::kMaxPosts + 20 * kMaxPoints;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/factors.hpp"
 
 namespace cairn {
@@ -49,8 +50,6 @@ Mat3 with_a_heading(const Mat3& covariance) {
   }
   return out;
 }
-
-double clamped(double v, double limit) { return v > limit ? limit : (v < -limit ? -limit : v); }
 
 }  // namespace
 

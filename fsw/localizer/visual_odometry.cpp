@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
+
 namespace cairn {
 namespace {
 
@@ -23,8 +25,6 @@ std::int16_t clamp_to(double v, int low, int high) {
   if (!(v > low)) return static_cast<std::int16_t>(low);
   return static_cast<std::int16_t>(v < high ? v : high);
 }
-
-double square(double x) { return x * x; }
 
 /// Statuses after which the next frame is measured from this one.
 bool settles(VoStatus status) {

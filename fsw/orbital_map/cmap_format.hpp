@@ -120,4 +120,9 @@ inline constexpr std::uint32_t kMaxTiles = 65536;
 inline constexpr std::uint32_t kMaxTileBoulders = 4096;
 inline constexpr std::uint32_t kMaxTileBytes = 65535;
 
+/// Tiles of `side` cells, not 0, that cover `extent` cells.
+constexpr std::uint32_t tiles_along(std::uint32_t extent, std::uint32_t side) {
+  return extent / side + (extent % side != 0 ? 1U : 0U);
+}
+
 }  // namespace cairn::cmap

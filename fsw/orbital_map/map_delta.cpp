@@ -14,10 +14,6 @@ constexpr std::uint32_t kLengthBytes = delta::kLengthBytes;
 
 std::int32_t get_i16(const std::uint8_t* p) { return static_cast<std::int16_t>(be::get_u16(p)); }
 
-std::uint32_t tiles_along(std::uint32_t extent, std::uint32_t side) {
-  return extent / side + (extent % side != 0 ? 1U : 0U);
-}
-
 std::uint32_t map_bytes(std::uint32_t tiles) { return (tiles + 7U) / 8U; }
 
 }  // namespace
@@ -32,8 +28,8 @@ bool MapShape::read(const std::uint8_t* bytes, std::size_t size) {
   const std::uint32_t side = be::get_u32(bytes + cmap::kTileSideAt);
   if (head_bytes < cmap::kMinHeadBytes || head_bytes > size || side == 0) return false;
   if (entry_bytes < 2 || entry_bytes > 4) return false;
-  columns = tiles_along(be::get_u32(bytes + cmap::kExtentXAt), side);
-  rows = tiles_along(be::get_u32(bytes + cmap::kExtentYAt), side);
+  columns = cmap::tiles_along(be::get_u32(bytes + cmap::kExtentXAt), side);
+  rows = cmap::tiles_along(be::get_u32(bytes + cmap::kExtentYAt), side);
   return std::uint64_t{columns} * rows <= cmap::kMaxTiles && payloads_at() <= file_bytes;
 }
 

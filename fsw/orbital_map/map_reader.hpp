@@ -20,7 +20,6 @@ namespace cairn {
 class MapReader {
  public:
   static constexpr std::size_t kChunk = 32;
-  static constexpr std::uint32_t kCrcUnitBytes = 256;
   static constexpr std::uint32_t kTileOps = 10;
   static constexpr std::uint32_t kChunkOps = 25 * kChunk;
   using Chunk = FixedVector<MapBoulder, kChunk>;

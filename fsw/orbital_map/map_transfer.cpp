@@ -9,8 +9,6 @@
 namespace cairn {
 namespace {
 
-constexpr std::uint32_t kCrcUnitBytes = 256;
-
 std::uint32_t chunks_of(const UploadPlan& plan) {
   return plan.bytes / plan.chunk_bytes + (plan.bytes % plan.chunk_bytes != 0 ? 1U : 0U);
 }

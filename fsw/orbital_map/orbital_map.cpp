@@ -11,7 +11,6 @@
 namespace cairn {
 namespace {
 
-constexpr std::uint32_t kCrcUnitBytes = 256;
 constexpr std::uint32_t kDirectoryUnit = 64;
 constexpr std::uint32_t kBoulderUnit = 32;
 constexpr std::uint32_t kTileUnitCost = 10;
@@ -32,8 +31,6 @@ bool is_printable(const std::uint8_t* text, std::size_t size) {
   }
   return true;
 }
-
-std::uint32_t tiles_along(std::uint32_t extent, std::uint32_t side) { return (extent - 1U) / side + 1U; }
 
 }  // namespace
 
@@ -93,8 +90,8 @@ MapStatus OrbitalMap::read_fields(std::uint32_t head_bytes) {
       !within(offset_bytes_, 2U, 4U)) {
     return MapStatus::kBadHeader;
   }
-  columns_ = tiles_along(extent_x_, tile_side_);
-  rows_ = tiles_along(extent_y_, tile_side_);
+  columns_ = cmap::tiles_along(extent_x_, tile_side_);
+  rows_ = cmap::tiles_along(extent_y_, tile_side_);
   if (columns_ > cmap::kMaxTiles || rows_ > cmap::kMaxTiles / columns_) return MapStatus::kBadHeader;
   payloads_at_ = directory_at_ + columns_ * rows_ * offset_bytes_;
   if (file_bytes_ < payloads_at_) return MapStatus::kBadHeader;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/heap_sort.hpp"
 #include "core/trig.hpp"
 
@@ -9,10 +10,6 @@ namespace cairn {
 namespace {
 
 constexpr double kMaxScaleOnTheWay = 2.0;  // a similarity beyond it, or below its inverse, is collapsing
-
-bool in_range(double value, double low, double high) {
-  return value >= low && value <= high;
-}  // false for NaN
 
 bool params_are_good(const IcpParams& p, const IcpPrior& prior) {
   const int fewest = prior.use ? 1 : 2;

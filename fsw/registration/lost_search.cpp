@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/exp_log.hpp"
 #include "core/heap_sort.hpp"
 
@@ -22,8 +23,6 @@ constexpr double kBand = 0.1;   // of a length: pairs that go through the map to
 constexpr double kSameM = 0.5;  // poses nearer than this, and turned less, are one
 constexpr double kSameRad = 0.1;
 constexpr std::int32_t kFarthest = 60000;  // of a look, so that its turn fits 32 bits
-
-double square(double v) { return v * v; }
 
 }  // namespace
 

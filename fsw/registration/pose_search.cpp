@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/exp_log.hpp"
 #include "core/heap_sort.hpp"
 
@@ -10,8 +11,6 @@ namespace {
 
 constexpr double kBasin = 4.0;       // sigmas between distinct poses
 constexpr double kLookSigmas = 3.5;  // beyond it a look is a miss whatever the density
-
-bool in_range(double value, double low, double high) { return value >= low && value <= high; }
 
 bool good(const PoseSearchParams& p) {
   const VerdictParams& v = p.verdict;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/exp_log.hpp"
 #include "core/factors.hpp"
 
@@ -16,8 +17,6 @@ constexpr int kShareCount = 4;
 constexpr double kShares[kShareCount] = {0.25, 0.5, 0.75, 0.92};
 constexpr double kSizeOutliers = 0.1;
 constexpr double kLargestPivot = 1.0e300;
-
-bool in_range(double value, double low, double high) { return value >= low && value <= high; }
 
 /// ln det of a positive matrix by its pivots; false where it is not positive.
 template <int N>

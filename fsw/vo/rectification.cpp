@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/factors.hpp"
 
 namespace cairn {
@@ -12,8 +13,6 @@ struct Model {
   RectificationEstimator::Angles vertical;
   RectificationEstimator::Angles horizontal;
 };
-
-double square(double x) { return x * x; }
 
 /// The part of an estimate that counts where `least2` is the square of what is faked.
 double beyond(double x, double least2) { return square(x) > least2 ? x - least2 / x : 0.0; }

@@ -6,6 +6,7 @@
 #include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/statistics.hpp"
+#include "campaign/trial_table.hpp"
 #include "cmap/cmap_file.hpp"
 #include "forecast/unmapped.hpp"
 #include "schedule.hpp"
@@ -16,7 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCell_m = 0.1;  // of the swept ground
-constexpr const char* kMend = "remove the trial's folder and its line in trials.csv, and run again";
 
 /// Frames from the snapshot of a fix to its correction.
 std::size_t frames_to_apply() {
@@ -146,7 +146,7 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
   const CmapContent map = decode_cmap(read_file(map_file), map_file.string());
   const std::vector<PathPoint> drive = sim::plan(sim::load_scene(folder / "scene.toml"));
   TrialForecast trial;
-  const CsvTable fixes(folder / "fixes.csv", kMend);
+  const CsvTable fixes(folder / "fixes.csv", kMendTrial);
   trial.fixes =
       fixes_of(forecast(model_for(model, map.boulders, map.extent), map.boulders, drive), fixes, seed);
   if (!fs::exists(folder / "seen.csv", ignored)) return trial;
@@ -156,7 +156,7 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
     if (frame < frames_to_apply()) continue;
     snapshots[{std::string(fixes.word(row, fixes.column("vo"))), frame - frames_to_apply()}];
   }
-  const CsvTable seen(folder / "seen.csv", kMend);
+  const CsvTable seen(folder / "seen.csv", kMendTrial);
   const std::size_t vo = seen.column("vo"), snapshot = seen.column("snapshot");
   const std::size_t x = seen.column("x_m"), y = seen.column("y_m");
   for (std::size_t row = 0; row < seen.size(); ++row) {

@@ -15,6 +15,10 @@
 
 namespace cairn::ground {
 
+/// What to do about a trial whose files can't be read.
+inline constexpr const char* kMendTrial =
+    "remove the trial's folder and its line in trials.csv, and run again";
+
 /// One replay against truth. Percentages are of the true path's length; NaN where there is nothing to tell.
 struct RunFigures {
   double vo_end_xy_m = 0.0;

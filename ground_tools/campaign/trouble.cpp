@@ -8,6 +8,7 @@
 #include "base/number_table.hpp"
 #include "base/tool_error.hpp"
 #include "campaign/findings.hpp"
+#include "campaign/trial_table.hpp"
 #include "cmap/cmap_file.hpp"
 #include "replay/status_names.hpp"
 #include "replay/summary.hpp"
@@ -19,7 +20,6 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char* kNames[kTroubles] = {"start_error", "wrong_site", "slip", "dark", "kidnap"};
-constexpr const char* kMend = "remove the trial's folder and its line in trials.csv, and run again";
 
 std::optional<Trouble> trouble_of(std::string_view name) {
   for (int t = 0; t < kTroubles; ++t) {
@@ -203,8 +203,8 @@ std::string to_csv(const std::vector<TroubledRun>& runs) {
 }
 
 std::vector<TroubledRun> read_troubles(const std::filesystem::path& path) {
-  const CsvTable table(path, kMend);
-  if (table.cut_off()) throw ToolError("{}: its last line is cut off; {}", path.string(), kMend);
+  const CsvTable table(path, kMendTrial);
+  if (table.cut_off()) throw ToolError("{}: its last line is cut off; {}", path.string(), kMendTrial);
   const std::size_t name = table.column("trouble"), trust = table.column("end_trust");
   std::vector<TroubledRun> runs;
   for (std::size_t row = 0; row < table.size(); ++row) {
@@ -214,7 +214,7 @@ std::vector<TroubledRun> read_troubles(const std::filesystem::path& path) {
     const auto trouble = trouble_of(table.word(row, name));
     if (!trouble) {
       throw ToolError("{}:{}: '{}' is no trouble; {}", path.string(), table.line(row), table.word(row, name),
-                      kMend);
+                      kMendTrial);
     }
     TroubledRun run;
     run.seed = static_cast<std::uint64_t>(number("seed"));

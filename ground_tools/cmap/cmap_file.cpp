@@ -13,7 +13,6 @@
 namespace cairn::ground {
 namespace {
 
-constexpr double kMicrometresPerMetre = 1e6;
 constexpr double kMillimetresPerMetre = 1e3;
 constexpr double kLargest_mm = 65535.0;
 constexpr double kMostTilesWanted = 60000.0;

@@ -15,6 +15,8 @@
 
 namespace cairn::ground {
 
+inline constexpr double kMicrometresPerMetre = 1e6;  // a map's quantum is told in micrometres
+
 struct CmapSource {
   cmap::Method method = cmap::Method::kTable;
   double pixel_m = 0.0;    ///< of the orthoimage, 0 where there was none
@@ -36,8 +38,8 @@ struct CmapLayout {
   std::uint32_t tile_side = 1;  ///< cells
   AttributeTables tables;
 
-  std::uint32_t columns() const { return (extent_x - 1U) / tile_side + 1U; }
-  std::uint32_t rows() const { return (extent_y - 1U) / tile_side + 1U; }
+  std::uint32_t columns() const { return cmap::tiles_along(extent_x, tile_side); }
+  std::uint32_t rows() const { return cmap::tiles_along(extent_y, tile_side); }
 };
 
 /// The cells of a map of this extent, before its tiles are chosen; throws as encode_cmap.

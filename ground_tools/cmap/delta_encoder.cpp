@@ -11,7 +11,6 @@ namespace cairn::ground {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-constexpr double kMicrometresPerMetre = 1e6;
 constexpr double kOnGrid = 1e-3;  // cells
 
 MapShape shape_of(const Bytes& map) {

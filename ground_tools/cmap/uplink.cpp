@@ -14,7 +14,6 @@ namespace cairn::ground {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-constexpr double kMicrometresPerMetre = 1e6;
 constexpr std::uint32_t kLeastTileSide = 64;  // cells
 
 std::uint32_t suitable_side(const CmapContent& map, const UplinkParams& params, std::size_t boulders,

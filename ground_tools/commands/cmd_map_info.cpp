@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct InfoOptions {
   fs::path file;
   bool json = false;
 };
@@ -285,7 +285,7 @@ void print_text(const fs::path& path, const CmapContent& map, const Facts& f) {
     fmt::print("damaged           {} tiles, not included above; see cairn map verify\n", map.damaged_tiles);
 }
 
-void info(const Options& options) {
+void info(const InfoOptions& options) {
   const std::vector<std::uint8_t> bytes = read_file(options.file);
   const CmapContent map = decode_cmap(bytes, options.file.string(), true);
   const Facts facts = facts_of(bytes, map);
@@ -298,7 +298,7 @@ void info(const Options& options) {
 }  // namespace
 
 void add_map_info(Command map) {
-  const auto asked = std::make_shared<Options>();
+  const auto asked = std::make_shared<InfoOptions>();
   Command info_app = map.add_command("info",
                                      "show what a map contains, and what its bytes are used "
                                      "for");

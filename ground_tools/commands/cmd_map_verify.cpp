@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Options {
+struct VerifyOptions {
   fs::path file;
   bool json = false;
 };
@@ -29,7 +29,8 @@ const char* verdict_of(MapStatus status) {
   }
 }
 
-Json verify_json(const Options& options, MapStatus status, const CmapContent& map, std::uint32_t announced) {
+Json verify_json(const VerifyOptions& options, MapStatus status, const CmapContent& map,
+                 std::uint32_t announced) {
   Json tiles = Json::array();
   for (const CmapTile& tile : map.tiles) {
     if (tile.good) continue;
@@ -50,7 +51,7 @@ Json verify_json(const Options& options, MapStatus status, const CmapContent& ma
           {"damaged_tiles", tiles}};
 }
 
-void verify(const Options& options) {
+void verify(const VerifyOptions& options) {
   const std::vector<std::uint8_t> bytes = read_file(options.file);
   const MapStatus status = validate_cmap(bytes);
   const bool readable =
@@ -82,7 +83,7 @@ void verify(const Options& options) {
 }  // namespace
 
 void add_map_verify(Command map) {
-  const auto checked = std::make_shared<Options>();
+  const auto checked = std::make_shared<VerifyOptions>();
   Command verify_app = map.add_command("verify",
                                        "check a map with the flight code; exit status 0: good, 2: damaged or "
                                        "unusable");

@@ -53,9 +53,9 @@ bool is_image(const fs::path& path) {
   for (char& c : extension) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
   }
-  constexpr std::array kKnown = {".jpg", ".jpeg", ".png",  ".tif", ".tiff", ".pgm", ".ppm",
-                                 ".pnm", ".bmp",  ".webp", ".jp2", ".gif",  ".img", ".vic"};
-  return std::find(kKnown.begin(), kKnown.end(), extension) != kKnown.end();
+  constexpr std::array kImages = {".jpg", ".jpeg", ".png",  ".tif", ".tiff", ".pgm", ".ppm",
+                                  ".pnm", ".bmp",  ".webp", ".jp2", ".gif",  ".img", ".vic"};
+  return std::find(kImages.begin(), kImages.end(), extension) != kImages.end();
 }
 
 Images list_images(const fs::path& folder, const std::string& prefix) {

@@ -8,9 +8,9 @@
 namespace cairn::ground {
 namespace {
 
-constexpr int kRowsAtOnce = 64;
+constexpr int kRowsAPart = 64;
 
-int in_chunks(int rows) { return (rows + kRowsAtOnce - 1) / kRowsAtOnce * kRowsAtOnce; }
+int in_chunks(int rows) { return (rows + kRowsAPart - 1) / kRowsAPart * kRowsAPart; }
 
 }  // namespace
 
@@ -48,7 +48,7 @@ RowWindow::RowWindow(RasterReader& reader, const GreyRange& range, const PixelBo
       range_(range),
       box_(box),
       all_valid_(all_valid),
-      rows_(std::min(in_chunks(rows_kept) + kRowsAtOnce, in_chunks(box.height()))),
+      rows_(std::min(in_chunks(rows_kept) + kRowsAPart, in_chunks(box.height()))),
       next_row_(box.y0),
       width_(static_cast<std::size_t>(box.width())) {
   const auto pixels = static_cast<std::size_t>(rows_) * width_;
@@ -60,7 +60,7 @@ RowWindow::RowWindow(RasterReader& reader, const GreyRange& range, const PixelBo
 void RowWindow::read_to(int y) {
   CAIRN_ASSERT(y >= box_.y0 && y < box_.y1);
   while (next_row_ <= y) {
-    const PixelBox part{box_.x0, next_row_, box_.x1, std::min(next_row_ + kRowsAtOnce, box_.y1)};
+    const PixelBox part{box_.x0, next_row_, box_.x1, std::min(next_row_ + kRowsAPart, box_.y1)};
     const std::size_t first = slot(next_row_);
     std::uint8_t* const flags = all_valid_ ? nullptr : &missing_[first * width_];
     const bool any = reader_.read(part, range_, &grey_[first * width_], flags, box_.width());

@@ -15,7 +15,6 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kEllipseSigmas = 2.0;
 constexpr int kEllipsePoints = 36;
 
 /// Rounded for reading; what GIS does with a tenth of a millimetre is its own affair.

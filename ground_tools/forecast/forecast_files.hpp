@@ -8,6 +8,9 @@
 
 namespace cairn::ground {
 
+/// Standard deviations that an ellipse is drawn at.
+inline constexpr double kEllipseSigmas = 2.0;
+
 /// What a forecast was made of, for its products.
 struct ForecastSource {
   std::string map;

@@ -19,7 +19,6 @@ constexpr double kWidth = 860.0;
 constexpr double kTallest = 760.0;
 constexpr double kLower = 170.0;
 constexpr double kBetween = 78.0;
-constexpr double kEllipseSigmas = 2.0;
 
 constexpr const char* kRight = "#009E73";
 constexpr const char* kBlind = kVo;

@@ -55,25 +55,6 @@ Light light_of(const Sun& sun, const Lighting& lighting) {
   return light;
 }
 
-/// How an instance of a unit shape stands.
-struct Placement {
-  float c, s, scale;
-  Vec3f at;
-
-  Vec3f to_local(const Vec3f& p) const {
-    const Vec3f q = (p - at) / scale;
-    return {c * q.x() + s * q.y(), -s * q.x() + c * q.y(), q.z()};
-  }
-  Vec3f turn(const Vec3f& n) const { return {c * n.x() - s * n.y(), s * n.x() + c * n.y(), n.z()}; }
-};
-
-Placement placement_of(const Rock& rock) {
-  return {static_cast<float>(std::cos(rock.yaw_rad)), static_cast<float>(std::sin(rock.yaw_rad)),
-          static_cast<float>(rock.diameter_m),
-          Vec3f(static_cast<float>(rock.p_map_m.x()), static_cast<float>(rock.p_map_m.y()),
-                static_cast<float>(rock.z_foot_map_m))};
-}
-
 RTCScene shape_scene(RTCDevice device, const RockShape& shape) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(
@@ -201,6 +182,25 @@ View right_view(const Rig& rig, const Pose3& T_map_rover) {
 }
 
 struct World::Body {
+  /// How an instance of a unit shape stands.
+  struct Placement {
+    float c, s, scale;
+    Vec3f at;
+
+    explicit Placement(const Rock& rock)
+        : c(static_cast<float>(std::cos(rock.yaw_rad))),
+          s(static_cast<float>(std::sin(rock.yaw_rad))),
+          scale(static_cast<float>(rock.diameter_m)),
+          at(static_cast<float>(rock.p_map_m.x()), static_cast<float>(rock.p_map_m.y()),
+             static_cast<float>(rock.z_foot_map_m)) {}
+
+    Vec3f to_local(const Vec3f& p) const {
+      const Vec3f q = (p - at) / scale;
+      return {c * q.x() + s * q.y(), -s * q.x() + c * q.y(), q.z()};
+    }
+    Vec3f turn(const Vec3f& n) const { return {c * n.x() - s * n.y(), s * n.x() + c * n.y(), n.z()}; }
+  };
+
   using MakeRocks = std::function<std::vector<Rock>(const Terrain&, const std::vector<RockShape>&)>;
   Body(const Scene& scene, std::vector<RockShape> with_shapes, const MakeRocks& make_rocks)
       : terrain(scene),
@@ -224,7 +224,7 @@ struct World::Body {
     for (const RockShape& shape : shapes) shape_scenes.push_back(shape_scene(device, shape));
     placements.reserve(rocks.size());
     for (std::size_t i = 0; i < rocks.size(); ++i) {
-      const Placement p = placement_of(rocks[i]);
+      const Placement p(rocks[i]);
       placements.push_back(p);
       RTCGeometry instance = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(instance, shape_scenes[rocks[i].shape]);
