@@ -85,6 +85,19 @@ DATA_TOOLS   := $(foreach room,base dataset ortho cmap,$(wildcard ground_tools/$
 DATA_TOOLS   := $(filter-out $(NOT_FOR_DATA:%=ground_tools/%),$(DATA_TOOLS))
 
 obj = $(addprefix $(B)/,$(addsuffix .o,$(basename $(1))))
+# Compiled a folder at a time, so that headers are read once: ground tools, and flight code where it is only to be
+# checked. Flight code that flies is compiled file by file. $(call rooms,WHERE,SOURCES): the objects.
+rooms = $(patsubst %/,$(1)/%.room.o,$(sort $(dir $(2))))
+# A folder's file: all of them, if they are among SOURCES: $(call room,SOURCES).
+define room
+@mkdir -p $(@D)
+@printf '#include "%s"  // NOLINT(bugprone-suspicious-include)\n' $(filter $*/%,$(1)) >$@.new
+@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+endef
+# Loops over pixels, for vectors: -O2 of GCC 12 makes none of them.
+PIXEL_LOOPS := $(addprefix ground_tools/,detect/row_kernels.cpp detect/shadow_fit.cpp detect/shadow_spots.cpp \
+                 ortho/raster_source.cpp ortho/grey_range.cpp)
+TOOL_ROOMS  := $(filter-out $(PIXEL_LOOPS),$(TOOL_SRC))
 FSW_LIB      := $(B)/libcairn.a
 PLATFORM_LIB := $(B)/libplatform.a
 TOOL_LIB     := $(B)/libground.a
@@ -390,21 +403,35 @@ $(B)/ground_tools/%.o: ground_tools/%.cpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
 	$(Q)$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
+$(B)/%.room.cpp: FORCE
+	$(call room,$(TOOL_ROOMS) $(FSW_SRC))
+$(B)/ground_tools/%.room.o: $(B)/ground_tools/%.room.cpp
+	$(call say,CXX,ground_tools/$*/*.cpp)
+	$(Q)$(CXX) $(CPU) $(GROUND) -isystem /usr/include/gdal -c $< -o $@
+$(B)/fsw/%.room.o: $(B)/fsw/%.room.cpp
+	$(call say,CXX,fsw/$*/*.cpp)
+	$(Q)$(CXX) $(CPU) $(FLIGHT) -c $< -o $@
 # Pages are files of their own in the program.
 PAGES     := $(wildcard $(addprefix ground_tools/*/*.,html css js))
 EMBEDDERS := $(shell grep -l '^CAIRN_EMBED' ground_tools/*/*.cpp)
-$(call obj,$(EMBEDDERS)): $(PAGES)
-# Loops over pixels, for vectors: -O2 of GCC 12 makes none of them.
-PIXEL_LOOPS := detect/row_kernels detect/shadow_fit detect/shadow_spots ortho/raster_source ortho/grey_range
-$(PIXEL_LOOPS:%=$(B)/ground_tools/%.o): GROUND += $(if $(SAN),,-O3)
-$(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp
+$(call rooms,$(B),$(EMBEDDERS)): $(PAGES)
+$(call obj,$(PIXEL_LOOPS)): GROUND += $(if $(SAN),,-O3)
+# On the host, what most tests read is compiled once. The compiler takes it where the flags are the same.
+PRECOMPILED := $(if $(BARE),,$(B)/unit_tests/precompiled.hpp.gch)
+$(B)/unit_tests/precompiled.hpp.gch: unit_tests/precompiled.hpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
-	$(Q)$(CXX) $(CPU) $(TESTING) $(OPENCV_INC) -isystem /usr/include/gdal -c $< -o $@
-$(B)/unit_tests/%.o: unit_tests/%.cpp | $(BARE_HEADERS)
+	$(Q)$(CXX) $(CPU) $(TESTING) -x c++-header $< -o $@
+test_cxx = $(Q)$(CXX) $(CPU) $(if $(PRECOMPILED),-I$(B)/unit_tests -include precompiled.hpp) $(TESTING) $(1) \
+             -isystem /usr/include/gdal -c $< -o $@
+$(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp $(PRECOMPILED)
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
-	$(Q)$(CXX) $(CPU) $(TESTING) -isystem /usr/include/gdal -c $< -o $@
+	$(call test_cxx,$(OPENCV_INC))
+$(B)/unit_tests/%.o: unit_tests/%.cpp $(PRECOMPILED) | $(BARE_HEADERS)
+	@mkdir -p $(@D)
+	$(call say,CXX,$<)
+	$(call test_cxx)
 
 # QEMU's plugin: of the host whatever the target, and the same for every build.
 PROFILER      := build/profiler.so
@@ -418,11 +445,13 @@ $(PROFILER): $(PROFILER_SRC) $(wildcard ground_tools/profile/plugin/*.hpp) groun
 	$(Q)g++ -std=c++17 -O2 $(WARN) -Iground_tools -fPIC -shared -fvisibility=hidden $(PROFILER_SRC) -o $@
 
 archive = $(Q)rm -f $@ && $(AR) rcsD $@ $(filter %.o,$^)
-$(FSW_LIB): $(call obj,$(FSW_SRC))
+# A test of a packet must not ask for a camera: what calls the HAL stays in files.
+BY_FILE := $(if $(SAN),$(filter fsw/app/%,$(FSW_SRC)),$(FSW_SRC))
+$(FSW_LIB): $(call obj,$(BY_FILE)) $(call rooms,$(B),$(filter-out $(BY_FILE),$(FSW_SRC)))
 	$(archive)
 $(PLATFORM_LIB): $(call obj,$(PLATFORM_SRC))
 	$(archive)
-$(TOOL_LIB): $(call obj,$(TOOL_SRC))
+$(TOOL_LIB): $(call rooms,$(B),$(TOOL_ROOMS)) $(call obj,$(filter $(PIXEL_LOOPS),$(TOOL_SRC)))
 	$(archive)
 $(SUPPORT_LIB): $(call obj,$(SUPPORT_SRC))
 	$(archive)
@@ -549,38 +578,53 @@ $(foreach seed,$(SEEDS),$(eval $(call hirise_rules,$(seed))))
 FUZZ_CXX     := clang++
 FUZZ_FLAGS   := -std=c++17 -O1 -g1 -ffp-contract=off -MMD -MP -Wall -Wextra -Werror -Ifsw -Imission_cfg \
                 -I. $(EIGEN) -Iunit_tests -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all
-FUZZ_SRC     := $(sort $(wildcard fsw/orbital_map/*.cpp fsw/core/*.cpp)) \
-                $(addprefix fsw/app/,packet.cpp telecommand.cpp telemetry.cpp) \
-                $(addprefix fsw/localizer/,ground_height.cpp attitude_fusion.cpp) \
-                $(sort $(wildcard fsw/geometry/*.cpp)) platform/host/assert_handler.cpp
+FUZZ_ROOMS   := $(wildcard $(addprefix fsw/,orbital_map/*.cpp core/*.cpp geometry/*.cpp))
+FUZZ_FILES   := $(addprefix fsw/app/,packet.cpp telecommand.cpp telemetry.cpp) \
+                $(addprefix fsw/localizer/,ground_height.cpp attitude_fusion.cpp) platform/host/assert_handler.cpp
 FUZZERS      := $(patsubst unit_tests/fuzz/%.cpp,build/fuzz/%,$(sort $(wildcard unit_tests/fuzz/fuzz_*.cpp)))
 OF_GROUND    := $(addprefix build/fuzz/,fuzz_labels fuzz_tables)
 READERS      := $(filter-out %/fuzz_app $(OF_GROUND),$(FUZZERS))
 RUNS         ?= 10000000
 FUZZ_SHORT   := 50000
+fuzz_cxx      = $(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) $(1) -c $< -o $@
+build/fuzz/%.room.cpp: FORCE
+	$(call room,$(wildcard $*/*.cpp))
 build/fuzz/obj/%.o: %.cpp
 	@mkdir -p $(@D)
 	$(call say,FUZZ,$<)
-	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -Imission_cfg/paper -c $< -o $@
+	$(call fuzz_cxx,-Imission_cfg/paper)
+build/fuzz/obj/%.room.o: build/fuzz/%.room.cpp
+	@mkdir -p $(@D)
+	$(call say,FUZZ,$*/*.cpp)
+	$(call fuzz_cxx,-Imission_cfg/paper)
 # The whole module, small, so that millions of drives are thinkable. What works on pixels is fast, and does not lead the
 # fuzzer: it would gather pictures instead of commands.
-OF_PIXELS    := features image labeling segmentation vo
+OF_PIXELS    := $(addprefix fsw/,features image labeling segmentation vo)
 build/fuzz/small/%.o: %.cpp
 	@mkdir -p $(@D)
 	$(call say,FUZZ,$<)
-	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -Iunit_tests/fuzz/app_mission \
-	  $(if $(filter $(OF_PIXELS:%=fsw/%/),$(dir $<)),-O2 -fno-sanitize=fuzzer-no-link) -c $< -o $@
-build/fuzz/fuzz_app: $(patsubst %.cpp,build/fuzz/small/%.o,unit_tests/fuzz/fuzz_app.cpp \
-                       $(sort $(wildcard fsw/*/*.cpp)) platform/host/assert_handler.cpp)
-$(READERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(patsubst %.cpp,build/fuzz/obj/%.o,$(FUZZ_SRC))
+	$(call fuzz_cxx,-Iunit_tests/fuzz/app_mission)
+build/fuzz/small/%.room.o: build/fuzz/%.room.cpp
+	@mkdir -p $(@D)
+	$(call say,FUZZ,$*/*.cpp)
+	$(call fuzz_cxx,-Iunit_tests/fuzz/app_mission $(if $(filter $(OF_PIXELS),$*),-O2 -fno-sanitize=fuzzer-no-link))
+build/fuzz/fuzz_app: $(addprefix build/fuzz/small/,unit_tests/fuzz/fuzz_app.o platform/host/assert_handler.o) \
+                     $(call rooms,build/fuzz/small,$(wildcard fsw/*/*.cpp))
+$(READERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(call rooms,build/fuzz/obj,$(FUZZ_ROOMS)) \
+                          $(FUZZ_FILES:%.cpp=build/fuzz/obj/%.o)
 # The ground's readers of text, with what they are read through.
-GROUND_FUZZ  := $(sort $(wildcard $(addprefix ground_tools/,base/*.cpp ortho/*.cpp dataset/*.cpp))) \
-                $(sort $(wildcard fsw/core/*.cpp fsw/geometry/*.cpp fsw/image/*.cpp)) platform/host/assert_handler.cpp
+GROUND_FUZZ  := $(wildcard $(addprefix ground_tools/,base/*.cpp ortho/*.cpp dataset/*.cpp)) \
+                $(wildcard fsw/core/*.cpp fsw/geometry/*.cpp fsw/image/*.cpp)
 build/fuzz/ground/%.o: %.cpp
 	@mkdir -p $(@D)
 	$(call say,FUZZ,$<)
-	$(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) -Imission_cfg/paper -Iground_tools -isystem /usr/include/gdal -c $< -o $@
-$(OF_GROUND): build/fuzz/%: build/fuzz/ground/unit_tests/fuzz/%.o $(GROUND_FUZZ:%.cpp=build/fuzz/ground/%.o)
+	$(call fuzz_cxx,-Imission_cfg/paper -Iground_tools -isystem /usr/include/gdal)
+build/fuzz/ground/%.room.o: build/fuzz/%.room.cpp
+	@mkdir -p $(@D)
+	$(call say,FUZZ,$*/*.cpp)
+	$(call fuzz_cxx,-Imission_cfg/paper -Iground_tools -isystem /usr/include/gdal)
+$(OF_GROUND): build/fuzz/%: build/fuzz/ground/unit_tests/fuzz/%.o build/fuzz/ground/platform/host/assert_handler.o \
+                            $(call rooms,build/fuzz/ground,$(GROUND_FUZZ))
 $(OF_GROUND): FUZZ_LIBS := -lgdal -lyaml-cpp -lfmt
 $(FUZZERS):
 	$(Q)$(FUZZ_CXX) -fsanitize=fuzzer,address,undefined $^ $(FUZZ_LIBS) -o $@
@@ -609,7 +653,7 @@ CHECKS      := $(SELF_TESTS) $(if $(BARE),,check-self-units) \
 TOOLS        = --nm $(NM) --ar $(AR) --readelf $(READELF) --objdump $(OBJDUMP) --cxx '$(CXX) $(CPU) $(FLIGHT)'
 # An image is proved with the library where there is one that is not older.
 IMAGE        = $(if $(BARE),$(shell [ $(B)/replay.elf -nt $(FSW_LIB) ] && echo $(B)/replay.elf))
-TIDY         = $(patsubst %.cpp,$(B)/tidy/%.ok,$(FSW_SRC))
+TIDY         = $(patsubst %.room.o,%.ok,$(call rooms,$(B)/tidy,$(FSW_SRC)))
 DEFINES      = $(filter -D% -I%,$(INC))
 
 # Violations planted on purpose, compiled for the target, must be seen.
@@ -651,11 +695,11 @@ check-schedule: $(SCHEDULES)
 	@$(CHECK)/schedule.py mission_cfg/timing_budget.toml $(SCHEDULES)
 # Flight code whose basic blocks are counted, for what a unit of work does against what it asks for.
 COUNT        := -fsanitize-coverage=trace-pc
-$(B)/counted/fsw/%.o: fsw/%.cpp
+$(B)/counted/fsw/%.room.o: $(B)/fsw/%.room.cpp
 	@mkdir -p $(@D)
-	$(call say,COUNT,$<)
+	$(call say,COUNT,fsw/$*/*.cpp)
 	$(Q)$(CXX) $(CPU) $(COMMON) -O2 -fno-exceptions -fno-rtti $(COUNT) -c $< -o $@
-$(B)/unit_blocks: unit_tests/integration/unit_blocks.cpp $(patsubst %.cpp,$(B)/counted/%.o,$(filter fsw/%,$(FSW_SRC))) \
+$(B)/unit_blocks: unit_tests/integration/unit_blocks.cpp $(call rooms,$(B)/counted,$(filter fsw/%,$(FSW_SRC))) \
                   $(TOOL_LIB) $(SUPPORT_LIB) $(PLATFORM_LIB)
 	$(Q)$(CXX) $(CPU) $(TESTING) $(COUNT) $(filter-out %.d %.hpp,$^) $(TOOL_LIBS) -lcmocka -lfmt -o $@
 check-self-units: $(B)/unit_blocks
@@ -670,11 +714,14 @@ check-cppcheck:
 	  --suppress=arrayIndexThenCheck --error-exitcode=1 $(DEFINES) $(FSW_SRC) && echo 'cppcheck: no faults'
 check-tidy: $(TIDY)
 	@echo 'clang-tidy: no faults'
-# One file at a time, and again only where it or a header has changed.
-$(B)/tidy/%.ok: %.cpp .clang-tidy $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*.hpp mission_cfg/*/*.hpp)
+# A folder at a time, and again only where a file of it or a header has changed. What is included is analysed as well.
+TIDY_HEADERS := $(wildcard fsw/*/*.hpp hal/*.hpp mission_cfg/*.hpp mission_cfg/*/*.hpp)
+.SECONDEXPANSION:
+$(B)/tidy/%.ok: $(B)/%.room.cpp .clang-tidy $(TIDY_HEADERS) $$(wildcard $$*/*.cpp)
 	@mkdir -p $(@D)
-	$(call say,TIDY,$<)
-	$(Q)clang-tidy --quiet $< -- -std=c++17 $(INC) 2>$@.log || { cat $@.log; exit 1; }
+	$(call say,TIDY,$*/*.cpp)
+	$(Q)clang-tidy --quiet --extra-arg=-Xclang --extra-arg=-analyzer-opt-analyze-headers $< -- -std=c++17 $(INC) \
+	  2>$@.log || { cat $@.log; exit 1; }
 	@touch $@
 
 -include $(shell find $(B) build/fuzz -name '*.d' 2>/dev/null)
