@@ -3,10 +3,13 @@
 #   TARGET=host            what to build for (platform/<target>)
 #   MISSION=paper          sizes and rig (mission_cfg/<mission>)
 #   SAN=1                  build with the address and undefined-behaviour sanitizers
+#   DEBUG=-g               variables for a debugger, not lines alone
 
 TARGET  ?= host
 MISSION ?= paper
 SAN     ?=
+# Lines only: what a debugger wants besides (-g) is a quarter of the time to build and nine tenths of the library.
+DEBUG   ?= -g1
 
 MISSIONS := $(notdir $(patsubst %/mission_values.hpp,%,$(wildcard mission_cfg/*/mission_values.hpp)))
 ifeq ($(filter $(MISSION),$(MISSIONS)),)
@@ -49,16 +52,15 @@ COMMON  := -std=c++17 -ffp-contract=off -fno-math-errno -MMD -MP $(WARN) $(INC) 
 FLIGHT_WARN := -Wpedantic -Wconversion -Wsign-conversion -Wold-style-cast -Wcast-qual -Wundef \
            $(if $(BARE),,-Wuseless-cast) $(if $(SAN),-Wno-sign-conversion)
 # Flight code: no exceptions, RTTI, guarded statics, stack protector; a section a function, so that unused code goes.
-FLIGHT  := $(COMMON) $(FLIGHT_WARN) -g $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) \
+FLIGHT  := $(COMMON) $(FLIGHT_WARN) $(DEBUG) $(if $(SAN),-O1,$(OPT) -fno-asynchronous-unwind-tables) \
            -fno-exceptions -fno-rtti -fno-threadsafe-statics -fno-stack-protector \
            -ffunction-sections -fdata-sections -fstack-usage -fcallgraph-info=su -fno-partial-inlining
-# Lines only: whole debug information of templates is a quarter of the time to build. Of a null that is used the
-# address sanitizer tells as well, and alignment matters on flight processors: outside flight code the two checks that
-# take half of the sanitizers' time to build are left out.
+# Of a null that is used the address sanitizer tells as well, and alignment matters on flight processors: outside flight
+# code the two checks that take half of the sanitizers' time to build are left out.
 HOST_SAN := $(if $(SAN),-O1 -fno-sanitize=null$(comma)alignment,-O2)
-GROUND  := $(COMMON) -g1 $(HOST_SAN) -Iground_tools
+GROUND  := $(COMMON) $(DEBUG) $(HOST_SAN) -Iground_tools
 BARE_CXX := $(if $(BARE),-fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -fdata-sections)
-TESTING := $(COMMON) -g1 $(HOST_SAN) -Iground_tools -Iunit_tests -DCAIRN_SOURCE_DIR=\"$(CURDIR)\" $(BARE_CXX)
+TESTING := $(COMMON) $(DEBUG) $(HOST_SAN) -Iground_tools -Iunit_tests -DCAIRN_SOURCE_DIR=\"$(CURDIR)\" $(BARE_CXX)
 
 # ---- sources -------------------------------------------------------------------------------------------------------
 FSW_SRC      := $(sort $(wildcard fsw/*/*.cpp platform/$(TARGET)/flight/*.cpp))
@@ -141,7 +143,8 @@ help: ## list every goal
 	@awk -F ':.*## ' '/^##@/ {printf "\n%s\n", substr($$0, 5)} \
 	  /^[a-z-]+:.*## / {printf "  make %-12s %s\n", $$1, $$2}' $(firstword $(MAKEFILE_LIST))
 	@printf '  make %-12s one of: %s\n' check-NAME '$(sort $(filter-out self-%,$(CHECKS:check-%=%)))'
-	@printf '\nSettings\n  TARGET=%s   MISSION=%s\n  SAN=1 (sanitizers)\n' '$(TARGETS)' '$(MISSIONS)'
+	@printf '\nSettings\n  TARGET=%s   MISSION=%s\n' '$(TARGETS)' '$(MISSIONS)'
+	@printf '  SAN=1 (sanitizers)   DEBUG=-g (variables)\n'
 
 demo: ## render a fresh stretch of terrain, map it, drive over it, and tell how it went
 	$(call ready,build,$(CAIRN))

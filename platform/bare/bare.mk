@@ -36,7 +36,7 @@ $(NEWLIB)/.done:
 	  --enable-newlib-io-c99-formats --enable-newlib-io-long-long \
 	  CC_FOR_TARGET='$(NEWLIB_CC)' AS_FOR_TARGET=$(TRIPLE)as AR_FOR_TARGET=$(AR) \
 	  RANLIB_FOR_TARGET=$(TRIPLE)ranlib NM_FOR_TARGET=$(NM) \
-	  CFLAGS_FOR_TARGET='-O2 -g -ffunction-sections -fdata-sections -ffp-contract=off $(NEWLIB_DEFS)' && \
+	  CFLAGS_FOR_TARGET='-O2 -ffunction-sections -fdata-sections -ffp-contract=off $(NEWLIB_DEFS)' && \
 	  MAKEFLAGS= $(MAKE) -j$(JOBS) all-target-newlib && \
 	  MAKEFLAGS= $(MAKE) install-target-newlib; } >../build.log 2>&1 || { tail -n 20 ../build.log; exit 1; }
 	@rm -rf $(@D)/src $(@D)/obj && touch $@

@@ -10,6 +10,7 @@ CPU     :=
 OPT     := -O3
 # Rooms that touch no pixels: -O3 makes their code half as large again.
 $(B)/fsw/app/%.o $(B)/fsw/localizer/%.o $(B)/fsw/orbital_map/%.o $(B)/fsw/registration/%.o: FLIGHT += $(if $(SAN),,-O2)
-LINKER   = $(CXX) $(CPU) $(SANFLAG)
+# gold, of binutils as well: 150 tests are linked.
+LINKER   = $(CXX) $(CPU) $(SANFLAG) -fuse-ld=gold
 CMOCKA_LIB := -lcmocka
 run_image = $(1)
