@@ -419,12 +419,15 @@ PAGES     := $(wildcard $(addprefix ground_tools/*/*.,html css js))
 EMBEDDERS := $(shell grep -l '^CAIRN_EMBED' ground_tools/*/*.cpp)
 $(call rooms,$(B),$(EMBEDDERS)): $(PAGES)
 $(call obj,$(PIXEL_LOOPS)): GROUND += $(if $(SAN),,-O3)
-# On the host, what most tests read is compiled once. The compiler takes it where the flags are the same.
-PRECOMPILED := $(if $(BARE),,$(B)/unit_tests/precompiled.hpp.gch)
-$(B)/unit_tests/precompiled.hpp.gch: unit_tests/precompiled.hpp
+# On the host, what most tests read is compiled once; the compiler takes the one of its flags. Tests of ground tools are
+# not optimised, which is half of the time to build them: what they test is.
+QUICK = $(patsubst -O%,-O0,$(TESTING))
+PRECOMPILED := $(if $(BARE),,$(addprefix $(B)/unit_tests/precompiled.hpp.gch/,TESTING QUICK))
+$(B)/unit_tests/precompiled.hpp.gch/%: unit_tests/precompiled.hpp
 	@mkdir -p $(@D)
 	$(call say,CXX,$<)
-	$(Q)$(CXX) $(CPU) $(TESTING) -x c++-header $< -o $@
+	$(Q)$(CXX) $(CPU) $($*) -x c++-header $< -o $@
+$(call obj,$(filter unit_tests/ground_tools/%,$(TEST_SRC))): private TESTING := $(QUICK)
 test_cxx = $(Q)$(CXX) $(CPU) $(if $(PRECOMPILED),-I$(B)/unit_tests -include precompiled.hpp) $(TESTING) $(1) \
              -isystem /usr/include/gdal -c $< -o $@
 $(B)/unit_tests/opencv/%.o: unit_tests/opencv/%.cpp $(PRECOMPILED)
