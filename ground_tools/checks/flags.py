@@ -30,21 +30,24 @@ PLANTED = {
 }
 
 
-def faults_of(compiler, workshop, source, flag):
-    """None where `source` is refused for `flag`, else what came of it."""
+def compiled(compiler, workshop, source):
     path = workshop.path("planted.cpp")
     with open(path, "w", encoding="utf-8") as file:
         file.write(source + "\n")
-    done = subprocess.run([*compiler.split(), "-c", path, "-o", workshop.path("planted.o")], capture_output=True, text=True,
+    return subprocess.run([*compiler.split(), "-c", path, "-o", workshop.path("planted.o")], capture_output=True, text=True,
                           check=False)
+
+
+def faults_of(compiler, workshop, source, flag):
+    """None where `source` is refused for `flag`, else what came of it."""
+    done = compiled(compiler, workshop, source)
     return None if done.returncode != 0 and f"[-Werror={flag}]" in done.stderr else done.stderr or "compiled"
 
 
 def self_test(given):
     compiler, seen = given["--cxx"], 0
     with planted.Workshop(compiler, given["--ar"]) as workshop:
-        done = subprocess.run([*compiler.split(), "-fsyntax-only", "-x", "c++", "-"], input=planted.CLEAN + "\n",
-                              capture_output=True, text=True, check=False)
+        done = compiled(compiler, workshop, planted.CLEAN)
         assert done.returncode == 0, done.stderr
         for flag, (source, machine) in PLANTED.items():
             if machine in (None, given["--machine"]):
