@@ -592,28 +592,26 @@ OF_GROUND    := $(addprefix build/fuzz/,fuzz_labels fuzz_tables)
 READERS      := $(filter-out %/fuzz_app $(OF_GROUND),$(FUZZERS))
 RUNS         ?= 10000000
 FUZZ_SHORT   := 50000
-fuzz_cxx      = $(Q)$(FUZZ_CXX) $(FUZZ_FLAGS) $(1) -c $< -o $@
 build/fuzz/%.room.cpp: FORCE
 	$(call room,$(wildcard $*/*.cpp))
-build/fuzz/obj/%.o: %.cpp
-	@mkdir -p $(@D)
-	$(call say,FUZZ,$<)
-	$(call fuzz_cxx,-Imission_cfg/paper)
-build/fuzz/obj/%.room.o: build/fuzz/%.room.cpp
-	@mkdir -p $(@D)
-	$(call say,FUZZ,$*/*.cpp)
-	$(call fuzz_cxx,-Imission_cfg/paper)
+# A file and a folder in a build of its own: $(call fuzz_rules,BUILD,FLAGS).
+define fuzz_rules
+build/fuzz/$(1)/%.o: %.cpp
+	@mkdir -p $$(@D)
+	$$(call say,FUZZ,$$<)
+	$$(Q)$$(FUZZ_CXX) $$(FUZZ_FLAGS) $(2) -c $$< -o $$@
+build/fuzz/$(1)/%.room.o: build/fuzz/%.room.cpp
+	@mkdir -p $$(@D)
+	$$(call say,FUZZ,$$*/*.cpp)
+	$$(Q)$$(FUZZ_CXX) $$(FUZZ_FLAGS) $(2) -c $$< -o $$@
+endef
+$(eval $(call fuzz_rules,obj,-Imission_cfg/paper))
+$(eval $(call fuzz_rules,ground,-Imission_cfg/paper -Iground_tools -isystem /usr/include/gdal))
 # The whole module, small, so that millions of drives are thinkable. What works on pixels is fast, and does not lead the
 # fuzzer: it would gather pictures instead of commands.
-OF_PIXELS    := $(addprefix fsw/,features image labeling segmentation vo)
-build/fuzz/small/%.o: %.cpp
-	@mkdir -p $(@D)
-	$(call say,FUZZ,$<)
-	$(call fuzz_cxx,-Iunit_tests/fuzz/app_mission)
-build/fuzz/small/%.room.o: build/fuzz/%.room.cpp
-	@mkdir -p $(@D)
-	$(call say,FUZZ,$*/*.cpp)
-	$(call fuzz_cxx,-Iunit_tests/fuzz/app_mission $(if $(filter $(OF_PIXELS),$*),-O2 -fno-sanitize=fuzzer-no-link))
+$(eval $(call fuzz_rules,small,-Iunit_tests/fuzz/app_mission $$(FUZZ_FAST)))
+OF_PIXELS    := $(addprefix fsw/,features/ image/ labeling/ segmentation/ vo/)
+$(call rooms,build/fuzz/small,$(OF_PIXELS)): private FUZZ_FAST := -O2 -fno-sanitize=fuzzer-no-link
 build/fuzz/fuzz_app: $(addprefix build/fuzz/small/,unit_tests/fuzz/fuzz_app.o platform/host/assert_handler.o) \
                      $(call rooms,build/fuzz/small,$(wildcard fsw/*/*.cpp))
 $(READERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(call rooms,build/fuzz/obj,$(FUZZ_ROOMS)) \
@@ -621,14 +619,6 @@ $(READERS): build/fuzz/%: build/fuzz/obj/unit_tests/fuzz/%.o $(call rooms,build/
 # The ground's readers of text, with what they are read through.
 GROUND_FUZZ  := $(wildcard $(addprefix ground_tools/,base/*.cpp ortho/*.cpp dataset/*.cpp)) \
                 $(wildcard fsw/core/*.cpp fsw/geometry/*.cpp fsw/image/*.cpp)
-build/fuzz/ground/%.o: %.cpp
-	@mkdir -p $(@D)
-	$(call say,FUZZ,$<)
-	$(call fuzz_cxx,-Imission_cfg/paper -Iground_tools -isystem /usr/include/gdal)
-build/fuzz/ground/%.room.o: build/fuzz/%.room.cpp
-	@mkdir -p $(@D)
-	$(call say,FUZZ,$*/*.cpp)
-	$(call fuzz_cxx,-Imission_cfg/paper -Iground_tools -isystem /usr/include/gdal)
 $(OF_GROUND): build/fuzz/%: build/fuzz/ground/unit_tests/fuzz/%.o build/fuzz/ground/platform/host/assert_handler.o \
                             $(call rooms,build/fuzz/ground,$(GROUND_FUZZ))
 $(OF_GROUND): FUZZ_LIBS := -lgdal -lyaml-cpp -lfmt
