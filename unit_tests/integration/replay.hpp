@@ -11,15 +11,9 @@
 #include "localizer/localizer.hpp"
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
+#include "support/sanitized.hpp"
 
 namespace cairn::test {
-
-/// With the sanitizers everything takes ten times as long: tests then do with fewer frames.
-#ifdef __SANITIZE_ADDRESS__
-inline constexpr bool kSanitized = true;
-#else
-inline constexpr bool kSanitized = false;
-#endif
 
 /// Leaves the test where the data set is absent, or the build has the sanitizers.
 #define NEEDS_DATA(folder, relative)                                          \

@@ -4,6 +4,7 @@
 #include "mission_cfg.hpp"
 #include "platform/tape/player.hpp"
 #include "support/cmocka.hpp"
+#include "support/sanitized.hpp"
 
 using namespace cairn;
 
@@ -31,10 +32,10 @@ void check(const Golden& golden) {
 void test_first_frames(void**) { check(kShort); }
 
 void test_with_a_fix(void**) {
-#ifdef __SANITIZE_ADDRESS__
-  print_message("skipped: all but %d frames, with the sanitizers\n", kShort.frames);
-  skip();
-#endif
+  if (test::kSanitized) {
+    print_message("skipped: all but %d frames, with the sanitizers\n", kShort.frames);
+    skip();
+  }
   check(kWhole);
   assert_int_equal(t.applied, 1);
 }

@@ -8,6 +8,7 @@
 #include "registration/pose_search.hpp"
 #include "support/cmocka.hpp"
 #include "support/noise.hpp"
+#include "support/sanitized.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
@@ -348,7 +349,7 @@ void test_probability_against_the_verdict(void**) {
         model.detection.most = most;
         model.clutter_per_m2 = clutter;
         const FixStation s = forecast(model, all, drive).stations.at(0);
-        const Searched r = search_many(model, all, drive, s, 200);
+        const Searched r = search_many(model, all, drive, s, test::kSanitized ? 40 : 200);
         const double share = static_cast<double>(r.applied) / r.tried;
         // Three standard deviations of the draws, and a tenth that is the closed form's own.
         assert_near(s.applied, share, 3.0 * std::sqrt(0.25 / r.tried) + 0.1);
