@@ -61,6 +61,8 @@ SearchStatus PoseSearchJob::start(const PoseSearchParams& params, const MapBould
   sigma_max_m_ = std::sqrt(0.5 * (a + b + std::sqrt((a - b) * (a - b) + 4.0 * c * c)));
   reach_rad_ = params.reach_sigmas * std::sqrt(covariance(2, 2));
   if (reach_rad_ > kPi) reach_rad_ = kPi;
+  cos_reach_ = reach_rad_ < kPi ? sin_cos(reach_rad_).cos : -2.0;
+  prior_turn_ = sin_cos(mean.yaw_rad);
   if (!(sigma_max_m_ <= 1.0e4)) return status_;
   if (map.empty()) return status_ = SearchStatus::kNoMapBoulders;
   if (local.size() < 2) return status_ = SearchStatus::kNoLocalBoulders;
@@ -208,7 +210,7 @@ void PoseSearchJob::gather_firsts(const BoulderQuery& piece) {
 BoulderQuery PoseSearchJob::seconds_query() const {
   const double turn = reach_rad_ < 2.0 ? reach_rad_ : 2.0;
   const GridPoint& m = ground_.grid()[firsts_[first_]];
-  const SinCos r = sin_cos(prior_.mean.yaw_rad);
+  const SinCos& r = prior_turn_;
   const double dx = sightings_[j_].x_m - sightings_[i_].x_m;
   const double dy = sightings_[j_].y_m - sightings_[i_].y_m;
   GridPoint at;
@@ -262,8 +264,7 @@ bool PoseSearchJob::hypothesise(std::uint16_t second) {
   h.x_m = 0.5 * (a.x_m + b.x_m) - h.scale * (cos_ * mx - sin_ * my);
   h.y_m = 0.5 * (a.y_m + b.y_m) - h.scale * (sin_ * mx + cos_ * my);
   if (h.x_m * h.x_m + h.y_m * h.y_m > reach_m_ * reach_m_) return false;
-  h.yaw_rad = atan2(cross, dot);
-  if (std::fabs(wrap_angle(h.yaw_rad - prior_.mean.yaw_rad)) > reach_rad_) return false;
+  if (cos_ * prior_turn_.cos + sin_ * prior_turn_.sin < cos_reach_) return false;
   ++result_.hypotheses;
   looking_ = 0;
   current_.score = 0.0;
@@ -330,7 +331,9 @@ void PoseSearchJob::keep(FixedVector<Candidate, N>& list, const Candidate& candi
   if (candidate.score > list[worst].score) list[worst] = candidate;
 }
 
+/// Its angle is asked for here: few hypotheses come so far.
 void PoseSearchJob::file() {
+  current_.pose.yaw_rad = atan2(sin_, cos_);
   current_.middle_m = laid(current_.pose, middle_);
   if (inside(current_.pose)) {
     keep(inside_, current_);

@@ -34,6 +34,7 @@
 #include <cstdint>
 
 #include "core/nodiscard.hpp"
+#include "core/trig.hpp"
 #include "core/work_budget.hpp"
 #include "registration/verdict.hpp"
 
@@ -179,7 +180,8 @@ class PoseSearchJob {
   Vec2 pivot_site_m_ = Vec2(0.0, 0.0);
   Vec2 pivot_map_m_ = Vec2(0.0, 0.0);
   PosePrior prior_;
-  PosePrior anywhere_;  ///< flat, for decoys
+  SinCos prior_turn_{0.0, 1.0};  ///< of its yaw
+  PosePrior anywhere_;           ///< flat, for decoys
   LocalMap local_;
   Ground ground_;
   Sightings sightings_;
@@ -188,6 +190,7 @@ class PoseSearchJob {
   double farthest_m_ = 0.0;
   double reach_m_ = 0.0;  ///< of the pivot from the prior's, ring included
   double reach_rad_ = 0.0;
+  double cos_reach_ = -2.0;  ///< what the cosine of a turn within reach is at least
   double sigma_max_m_ = 0.0;
 
   std::size_t sighted_ = 0;  ///< cursor over the local map, and over those to be ranked
