@@ -429,12 +429,12 @@ $(call obj,$(PIXEL_LOOPS)): GROUND += $(if $(SAN),,-O3)
 # With the sanitizers, what works little is not optimised: half of the time to build it.
 IDLE_ROOMS := $(addprefix ground_tools/,campaign/ commands/ map/ plot/ profile/ report/)
 $(call rooms,$(B),$(IDLE_ROOMS)) $(call obj,$(TOOL_MAIN)): private GROUND += $(if $(SAN),-O0)
-# On the host, what most tests read is compiled once; the compiler takes the one of its flags. Tests of ground tools are
-# not optimised, which is half of the time to build them: what they test is. Those that draw or count much are.
+# On the host, what most tests read is compiled once; the compiler takes the one of its flags. Tests of ground tools and
+# of the whole are not optimised, which is half of the time to build them: what they test is. Some draw or count much.
 QUICK = $(patsubst -O%,-O0,$(TESTING))
 BUSY_TESTS := $(addprefix unit_tests/ground_tools/,cmap/test_cmap_file.cpp cmap/test_uplink.cpp \
                 detect/test_detector.cpp detect/test_shadow_detector.cpp map/test_diff.cpp)
-QUICK_TESTS := $(filter-out $(BUSY_TESTS),$(filter unit_tests/ground_tools/%,$(TEST_SRC)))
+QUICK_TESTS := $(filter-out $(BUSY_TESTS),$(filter unit_tests/ground_tools/% unit_tests/integration/%,$(TEST_SRC)))
 PRECOMPILED := $(if $(BARE),,$(addprefix $(B)/unit_tests/precompiled.hpp.gch/,TESTING QUICK))
 $(B)/unit_tests/precompiled.hpp.gch/%: unit_tests/precompiled.hpp
 	@mkdir -p $(@D)

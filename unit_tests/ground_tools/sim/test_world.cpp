@@ -32,6 +32,12 @@ Scene level_scene() {
   return scene;
 }
 
+/// Built once: the ground's texture takes seconds.
+const World& level_world() {
+  static const World world(level_scene());
+  return world;
+}
+
 /// Where the ray of pixel (u, v) meets the plane z = 0 of the map frame: its z in the camera.
 double plane_depth(const View& view, double u, double v) {
   const Vec3 ray = view.T_map_cam.q * Vec3((u - view.cx_px) / view.fx_px, (v - view.cy_px) / view.fy_px, 1.0);
@@ -61,7 +67,7 @@ double along_row(const FloatImage& image, double u, int v, double* slope) {
 // ---- plane ------------------------------------------------------------------------------------------------
 
 void test_plane_lies_where_projection_says(void**) {
-  const World world(level_scene());
+  const World& world = level_world();
   const View view = left_view(world.scene().rig, world.T_map_rover(3));
   FloatImage radiance;
   FloatImage depth;
@@ -77,7 +83,7 @@ void test_plane_lies_where_projection_says(void**) {
 
 /// The shift that is left between left patch and right image warped by the plane's disparity.
 void test_disparity_on_a_plane(void**) {
-  const World world(level_scene());
+  const World& world = level_world();
   const Rig& rig = world.scene().rig;
   FloatImage left;
   FloatImage right;
@@ -120,7 +126,7 @@ struct Balls {
   Balls() {
     scene.site.albedo = 0.05;
     scene.sun.elevation_deg = scene.ortho_sun.elevation_deg = 90.0;
-    const Pose3 T_map_rover = World(scene).T_map_rover(3);
+    const Pose3 T_map_rover = level_world().T_map_rover(3);
     for (const auto& [x, y, d] :
          {std::array{1.9, 0.1, 0.30}, std::array{1.3, -0.42, 0.2}, std::array{1.25, 0.35, 0.12}}) {
       Rock rock;
