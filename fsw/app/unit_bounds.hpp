@@ -62,6 +62,8 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kBoulders, "votes: a row sifted", VotingJob::sift_ops(unit_bounds::kLabels)},
     {cfg::Task::kBoulders, "votes: an assignment's step", AssignmentCore::unit_ops(unit_bounds::kLabels)},
     {cfg::Task::kBoulders, "points kept", BoulderObserver::keep_ops(unit_bounds::kRaised)},
+    {cfg::Task::kBoulders, "tracks: room made",
+     BoulderTracks::room_ops(unit_bounds::kLocal, cfg::kMaxLabels)},
     {cfg::Task::kBoulders, "tracks: what votes name",
      BoulderTracks::voted_ops(unit_bounds::kLocal, cfg::kMaxLabels)},
     {cfg::Task::kBoulders, "tracks: the nearest", BoulderTracks::nearest_ops(unit_bounds::kLocal)},

@@ -19,13 +19,13 @@ void BoulderTracks::init(const TrackParams& params) {
   settled_ = merged_ = false;
   settling_ = 0;
   next_id_ = dropped_ = 0;
-  there_ = again_ = known_ = suspected_ = 0;
+  there_ = again_ = placed_ = known_ = suspected_ = 0;
   shared_ = shared_again_ = jump_log_ = 0.0;
 }
 
 void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame) {
   sightings_ = &sightings;
-  there_ = again_ = 0;
+  there_ = again_ = placed_ = 0;
   for (const Track& t : tracks_) there_ += t.last_frame == frame_ && frame - frame_ == 1 ? 1U : 0U;
   frame_ = frame;
   if (suspected_ == 0) {
@@ -39,6 +39,14 @@ void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame
 Progress BoulderTracks::step(WorkBudget& budget) {
   if (phase_ == Phase::kVoted) {
     if (!budget.take(voted_ops(tracks_.size(), sightings_->size()))) return Progress::kMore;
+    forget(frame_);
+    const bool fits = tracks_.size() + sightings_->size() <= cfg::kMaxLocalBoulders;
+    if (fits) take_voted();
+    phase_ = fits ? Phase::kNearest : Phase::kRoom;
+  }
+  if (phase_ == Phase::kRoom) {
+    if (!budget.take(room_ops(tracks_.size(), sightings_->size()))) return Progress::kMore;
+    make_room(sightings_->size());
     take_voted();
     phase_ = Phase::kNearest;
   }
@@ -53,13 +61,12 @@ Progress BoulderTracks::step(WorkBudget& budget) {
 }
 
 void BoulderTracks::abandon() {
-  if (phase_ == Phase::kVoted) last_count_ = 0;
+  if (phase_ == Phase::kVoted || phase_ == Phase::kRoom) last_count_ = 0;
   phase_ = Phase::kDone;
 }
 
 /// Votes first: a sighting without one must not take the track that a vote names.
 void BoulderTracks::take_voted() {
-  forget(frame_);
   settled_ = false;
   settling_ = 0;
   merged_ = false;
@@ -101,7 +108,7 @@ void BoulderTracks::weigh_jump() {
     jump_log_ = 0.0;
     return;
   }
-  const auto n = static_cast<double>(last_count_);
+  const auto n = static_cast<double>(placed_);
   const auto again = static_cast<double>(again_);
   double q = (shared_again_ + 1.0) / (shared_ + 2.0);
   q = q < kMostAgain ? q : kMostAgain;
@@ -144,6 +151,7 @@ void BoulderTracks::take(const BoulderSighting& s, std::int16_t index, std::uint
   absorb(track, s.p_site_m, weight, static_cast<double>(s.diameter_m), static_cast<double>(s.spread_m));
   track.last_frame = frame;
   if (track.sightings < UINT16_MAX) ++track.sightings;
+  ++placed_;
 }
 
 void BoulderTracks::absorb(Track& track, const Vec3& p, double weight, double diameter, double spread) {
@@ -163,11 +171,16 @@ void BoulderTracks::forget_before(std::uint32_t frame) { forget_older(frame_, fr
 
 /// Frame numbers may wrap.
 void BoulderTracks::forget_older(std::uint32_t frame, std::uint32_t age) {
+  forget_if([&](const Track& t) { return frame - t.last_frame > age; });
+}
+
+template <typename Gone>
+void BoulderTracks::forget_if(const Gone& gone) {
   std::int16_t place[cfg::kMaxLocalBoulders] = {};
   std::size_t kept = 0;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     place[i] = kNone;
-    if (frame - tracks_[i].last_frame > age) continue;
+    if (gone(tracks_[i])) continue;
     place[i] = static_cast<std::int16_t>(kept);
     if (kept != i) tracks_[kept] = tracks_[i];
     ++kept;
@@ -180,6 +193,27 @@ void BoulderTracks::forget_older(std::uint32_t frame, std::uint32_t age) {
   for (std::size_t k = 0; k < last_count_; ++k) {
     if (last_track_[k] != kNone) last_track_[k] = place[last_track_[k]];
   }
+}
+
+std::uint32_t BoulderTracks::rank(const Track& track) const {
+  const std::uint32_t unseen = frame_ - track.last_frame;
+  if (unseen <= 1) return 0;
+  const std::uint32_t age = unseen < kAges ? unseen : kAges - 1;
+  return shown(track) ? age : age + kAges;
+}
+
+void BoulderTracks::make_room(std::size_t wanted) {
+  std::uint16_t count[2 * kAges] = {};
+  for (const Track& t : tracks_) ++count[rank(t)];
+  std::size_t excess = tracks_.size() + wanted - cfg::kMaxLocalBoulders;
+  std::uint32_t all_from = 2 * kAges;  // of this rank and higher ones all go, of the one below `excess`
+  while (all_from > 1 && count[all_from - 1] <= excess) excess -= count[--all_from];
+  forget_if([&](const Track& t) {
+    const std::uint32_t r = rank(t);
+    if (r == 0 || r + 1 < all_from) return false;
+    if (r >= all_from) return true;
+    return excess > 0 && excess-- > 0;
+  });
 }
 
 void BoulderTracks::forget_all() {
@@ -245,7 +279,7 @@ void BoulderTracks::build(LocalMap& out) {
   CAIRN_ASSERT(settled == Progress::kDone);
   out.clear();
   for (const Track& t : tracks_) {
-    if (t.sightings < params_.min_sightings || t.diameter_m < params_.min_diameter_m) continue;
+    if (!shown(t)) continue;
     LocalBoulder b;
     b.p_site_m = Vec2(t.p_site_m.x(), t.p_site_m.y());
     b.z_site_m = t.p_site_m.z();

@@ -8,6 +8,9 @@
 /// meanwhile lie within `merge_m` of each other become one boulder (agglomerative, METHOD B.2),
 /// the older number staying.
 ///
+/// Room. Where a frame's sightings may not all find room, tracks go before they leave the window: first those
+/// that are not shown yet, longest unseen first, then others likewise. What was in view a frame ago stays.
+///
 /// Jumps. What was in view a frame ago is in view still: of the sightings of a frame a share q, measured
 /// over the frames before, go on tracks that were there. After a motion that odometry missed they lie aside
 /// of these, and no more than kByChance find one. With a of n sightings on older tracks,
@@ -17,6 +20,7 @@
 /// many tracks were seen the frame before. A few boulders in view can't say enough at once: where it is more
 /// than half of what is asked, up to kSuspected frames after it add theirs, of sightings on tracks that are
 /// older than the first of them. What was overlooked is there again; after a motion that was missed it isn't.
+/// Sightings without room for a track say nothing.
 #pragma once
 
 #include <cstdint>
@@ -45,6 +49,9 @@ class BoulderTracks {
   static constexpr std::uint32_t voted_ops(std::size_t tracks, std::size_t sightings) {
     return static_cast<std::uint32_t>(50U + 4U * tracks + 14U * sightings);
   }
+  static constexpr std::uint32_t room_ops(std::size_t tracks, std::size_t sightings) {
+    return static_cast<std::uint32_t>(300U + 6U * tracks + 14U * sightings);
+  }
   static constexpr std::uint32_t nearest_ops(std::size_t tracks) {
     return static_cast<std::uint32_t>(20U + 3U * tracks);
   }
@@ -55,7 +62,7 @@ class BoulderTracks {
   /// Takes in the sightings (borrowed until done) of frame number `frame` (rising), and forgets tracks that
   /// left the window.
   void start(const BoulderSightings& sightings, std::uint32_t frame);
-  /// Unit: what the votes name, or the nearest track of one sighting.
+  /// Unit: what the votes name, room made for them, or the nearest track of one sighting.
   Progress step(WorkBudget& budget);
   /// Ends an unfinished frame: what was not taken in is lost, and so are votes for it.
   void abandon();
@@ -92,13 +99,21 @@ class BoulderTracks {
   static constexpr double kLeastShared = 20.0;  ///< sightings that the share is taken from
   static constexpr double kShareKept = 0.9;     ///< of their weight, a frame
   static constexpr std::uint32_t kSuspected = 2;
-  enum class Phase : std::uint8_t { kVoted, kNearest, kDone };
+  static constexpr std::uint32_t kAges = 64;  ///< frames unseen that are told apart
+  enum class Phase : std::uint8_t { kVoted, kRoom, kNearest, kDone };
 
   std::int16_t voted_track(const BoulderSighting& sighting, std::uint32_t frame) const;
   std::int16_t nearest_track(const BoulderSighting& sighting, std::uint32_t frame) const;
   void take(const BoulderSighting& sighting, std::int16_t index, std::uint32_t frame);
   static void absorb(Track& track, const Vec3& p, double weight, double diameter, double spread);
   void forget_older(std::uint32_t frame, std::uint32_t age);
+  template <typename Gone>
+  void forget_if(const Gone& gone);
+  bool shown(const Track& track) const {
+    return track.sightings >= params_.min_sightings && !(track.diameter_m < params_.min_diameter_m);
+  }
+  std::uint32_t rank(const Track& track) const;  ///< the highest goes first; 0 stays
+  void make_room(std::size_t wanted);
   void take_voted();
   void take_nearest(std::size_t sighting);
   void weigh_jump();
@@ -120,6 +135,7 @@ class BoulderTracks {
   std::uint32_t dropped_ = 0;
   std::uint32_t there_ = 0;      ///< tracks that were seen in the frame before
   std::uint32_t again_ = 0;      ///< sightings of this frame on tracks of frames before
+  std::uint32_t placed_ = 0;     ///< sightings of this frame that are on a track
   std::uint32_t known_ = 0;      ///< these: created before this frame, or the first that is suspected
   std::uint32_t suspected_ = 0;  ///< frames in a row
   double shared_ = 0.0;          ///< sightings of the frames before, fading, ...
