@@ -108,8 +108,9 @@ void BoulderTracks::weigh_jump() {
     jump_log_ = 0.0;
     return;
   }
-  const auto n = static_cast<double>(placed_);
-  const auto again = static_cast<double>(again_);
+  const std::uint32_t asked = placed_ < there_ ? placed_ : there_;
+  const auto n = static_cast<double>(asked);
+  const auto again = static_cast<double>(again_ < asked ? again_ : asked);
   double q = (shared_again_ + 1.0) / (shared_ + 2.0);
   q = q < kMostAgain ? q : kMostAgain;
   if (shared_ >= kLeastShared && q > kByChance)

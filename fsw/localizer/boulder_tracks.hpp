@@ -13,7 +13,8 @@
 ///
 /// Jumps. What was in view a frame ago is in view still: of the sightings of a frame a share q, measured
 /// over the frames before, go on tracks that were there. After a motion that odometry missed they lie aside
-/// of these, and no more than kByChance find one. With a of n sightings on older tracks,
+/// of these, and no more than kByChance find one. With a of n sightings on older tracks, n no more than were
+/// seen a frame ago (where a view that is seen better shows more, the old are there as well),
 ///     jump_log = a ln(kByChance / q) + (n - a) ln((1 - kByChance) / (1 - q))
 /// is the log likelihood ratio of 'missed a motion' against 'as ever'. That the share scatters more than
 /// sightings at random would is allowed for by a q of kMostAgain at most. Not asked where fewer than half as

@@ -457,6 +457,22 @@ void test_no_jump_for_want_of_room(void**) {
   assert_int_equal(tracks.dropped(), 0);
 }
 
+/// What was in view is there again, and as many more beside it: the view got better, and the rover missed
+/// nothing.
+void test_more_than_before_is_no_jump(void**) {
+  tracks.init(show_all());
+  for (std::uint32_t frame = 1; frame <= 40; ++frame) {
+    seen.clear();
+    for (int i = 0; i < (frame < 40 ? 25 : 70); ++i) {
+      BoulderSighting s;
+      s.p_site_m = Vec3(0.5 * i, 0.0, 0.0);
+      if (frame < 40 || i % 9 != 0) assert_true(seen.push_back(s));
+    }
+    take_in(tracks, seen, frame);
+    assert_false(tracks.jumped());
+  }
+}
+
 void test_fresh_share(void**) {
   LocalMap local;
   assert_near(fresh_share(local, 0), 1.0, 0.0);
@@ -600,6 +616,7 @@ int main() {
       cmocka_unit_test(test_full),
       cmocka_unit_test(test_room_is_made_of_what_was_seen_seldom),
       cmocka_unit_test(test_no_jump_for_want_of_room),
+      cmocka_unit_test(test_more_than_before_is_no_jump),
       cmocka_unit_test(test_fresh_share),
       cmocka_unit_test(test_a_jump_shows_at_its_frame),
       cmocka_unit_test(test_a_jump_shows_among_few),
