@@ -30,6 +30,7 @@ struct LocalBoulder {
   std::uint16_t sightings = 0;  ///< frames in which it was seen
   bool counted = false;         ///< as evidence, in a window before (localizer/carried_hypothesis.hpp)
   bool in_view = false;         ///< in the last frame that boulders were looked for in
+  bool fresh = true;            ///< no fix has been made of it
 };
 /// The ground boulders of the last frames.
 using LocalMap = FixedVector<LocalBoulder, cfg::kMaxLocalBoulders>;

@@ -83,16 +83,26 @@ void Landmarks::conclude() {
   survey_ = nullptr;
 }
 
+void Landmarks::used(const LocalMap& local) {
+  for (const LocalBoulder& b : local) {
+    if (b.fresh) continue;
+    for (Landmark& l : landmarks_) {
+      if (l.id == b.id && is_fresh(l)) l.used_m = l.nearest_m;
+    }
+  }
+}
+
 void Landmarks::build(double pixel_m, double way_m, LocalMap& out) const {
   out.clear();
   for (const Landmark& l : landmarks_) {
-    if (l.seen.diameter_m < params_.least_px * pixel_m || l.seen.open_share > params_.max_open) continue;
+    const double diameter = l.seen.diameter_m - params_.smear_rad * l.nearest_m;
+    if (diameter < params_.least_px * pixel_m || l.seen.open_share > params_.max_open) continue;
     const double since = way_m - l.seen.way_m;
     const double drift = params_.drift_share * since;
     LocalBoulder b;
     b.p_site_m = l.seen.p_site_m;
     b.z_site_m = l.seen.z_site_m;
-    b.diameter_m = static_cast<float>(l.seen.diameter_m);
+    b.diameter_m = static_cast<float>(diameter);
     b.spread_m = static_cast<float>(0.25 * l.seen.diameter_m);
     const double far = params_.range_share * l.nearest_m;
     b.sigma_m = static_cast<float>(std::sqrt(l.seen.sigma_m * l.seen.sigma_m + far * far +
@@ -100,6 +110,7 @@ void Landmarks::build(double pixel_m, double way_m, LocalMap& out) const {
     b.id = l.id;
     b.sightings = l.surveys;
     b.in_view = since <= 1.0;
+    b.fresh = is_fresh(l);
     if (!out.push_back(b)) return;
   }
 }

@@ -16,7 +16,12 @@
 /// that is not.
 ///
 /// What is offered. A map's smallest boulders are some `least_px` pixels wide; smaller landmarks are clutter.
+/// Stereo's windows smear a boulder's rims, so that it looks wider by an angle, `smear_rad`.
 /// Not offered either: those with more than `max_open` of the rim that faces the rover not seen yet.
+///
+/// What a fix is made of. All that is offered goes into the proof, but each landmark moves the pose once, and
+/// once more where it was seen from `again` of that range: depth is good to the square of it. Landmarks stay
+/// for the whole window, so that otherwise the same few would be believed at every fix, the later the more.
 ///
 /// Frame `site`. Cost: a boulder of a survey 6 operations a landmark.
 #pragma once
@@ -34,9 +39,11 @@ struct LandmarkParams {
   double least_px = 2.4;
   double same_m = 0.5;
   double min_diameter_m = 0.35;  ///< smaller ones are not kept
-  double max_open = 0.34;
+  double max_open = 0.5;
   double noise_m = cfg::kMission.drift_noise_xy_m;  ///< of one metre of way
   double range_share = 0.012;
+  double smear_rad = 0.024;
+  double again = 0.6;  ///< seen from so much nearer than when a fix was made of it, a landmark is fresh
   double drift_share = 0.004;
   double pixel_share = 0.4;   ///< error of a boulder's place in the map, on an axis, pixels
   double common_share = 0.4;  ///< what all of them have of it in common: sunlit sides, a shift of the image
@@ -58,6 +65,8 @@ class Landmarks {
              double fresh_m);
   Progress step(WorkBudget& budget);
   bool open() const { return survey_ != nullptr; }
+  /// A fix was made of those that are no longer fresh.
+  void used(const LocalMap& local);
   /// Those that a map of such pixels can hold.
   void build(double pixel_m, double way_m, LocalMap& out) const;
   /// Of a pair with such a map, beside the landmark's own error.
@@ -72,8 +81,10 @@ class Landmarks {
     double nearest_m = 0.0;
     std::uint32_t id = 0;
     std::uint16_t surveys = 0;
-    bool found = false;  ///< in this survey
+    bool found = false;   ///< in this survey
+    double used_m = 0.0;  ///< from so near, when a fix was made of it; 0: never
   };
+  bool is_fresh(const Landmark& l) const { return l.used_m == 0.0 || l.nearest_m < params_.again * l.used_m; }
   void take(const ReliefBoulder& b);
   void conclude();
 

@@ -634,7 +634,6 @@ MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
   if (by_landmarks()) {
     params.search.evidence.sigma_pair_m = landmarks_.sigma_pair_m(map_.pixel_m());
     params.lost.sigma_pair_m = params.search.evidence.sigma_pair_m;
-    verdict.calibration = 0.0;  // that was measured on fine maps; the bound itself holds on all
   }
   params.search.fresh_only = stage == FixStage::kConfirm;
   if (stage == FixStage::kConfirm || stage == FixStage::kTake)
@@ -774,15 +773,18 @@ FixStatus Localizer::take_map_fix() {
   fix_.hypotheses += result.hypotheses;
   if (status == FixStatus::kApplied) {
     const FixOffset offset{result.offset + start_of_stage(), result.covariance};
-    const FusionResult r = fix_.lost ? fusion_.relocate(offset)
-                           : trust_.unproven()
-                               ? fusion_.prove(offset)
+    const FixOffset fresh{result.fresh_offset + start_of_stage(), result.fresh_covariance};
+    const FusionResult r = fix_.lost           ? fusion_.relocate(offset)
+                           : trust_.unproven() ? fusion_.prove(offset)
+                           : by_landmarks()
+                               ? fusion_.update(fresh, 1.0)
                                : fusion_.update(offset, fresh_share(map_fix_.local(), applied_created_));
     fix_.chi2 = r.chi2;
     if (r.status == FusionStatus::kFused) {
       turn_about(fix_pivot_map_m_, r.at_snapshot);
       turn_about(planar(T_map_rover()).translation(), r.since);
       applied_created_ = fix_created_;
+      if (by_landmarks() && !fix_.lost) landmarks_.used(map_fix_.local());
       heights_due_ = true;
       if (fix_.lost) tilt_.leave_ground();
     } else {

@@ -69,7 +69,19 @@ double farthest(const LocalMap& local, const Vec2& pivot_site_m) {
   return far;
 }
 
+/// Along x or y, the larger one.
+double sigma_xy(const Mat3& covariance) {
+  return std::sqrt(covariance(0, 0) > covariance(1, 1) ? covariance(0, 0) : covariance(1, 1));
+}
+
 }  // namespace
+
+bool prior_is_wide(const MapFixParams& params, const Mat3& covariance, double per_m2) {
+  const double sigma = sigma_xy(covariance);
+  const double reach = params.search.reach_sigmas * sigma;
+  const bool near = sigma <= params.wide_xy_m || kPi * reach * reach * per_m2 <= params.wide_boulders;
+  return !(near && covariance(2, 2) <= params.wide_yaw_rad * params.wide_yaw_rad);
+}
 
 void MapFix::begin(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
                    const Pose2& T_map_site, const Vec2& pivot_site_m) {
@@ -92,13 +104,11 @@ MapFixStatus MapFix::start_tracked(const MapFixParams& params, const OrbitalMap&
   if (!map.usable()) return status_ = MapFixStatus::kNoMap;
   if (local.size() < 2) return status_ = MapFixStatus::kNoLocalBoulders;
   if (!covariance.allFinite()) return status_ = MapFixStatus::kBadInput;
-  const double sigma = std::sqrt(covariance(0, 0) > covariance(1, 1) ? covariance(0, 0) : covariance(1, 1));
-  if (!(sigma <= params.wide_xy_m && covariance(2, 2) <= params.wide_yaw_rad * params.wide_yaw_rad))
-    return look_widely();
   const Vec2 extent = map.extent_m();
   const double density =
       (map.count() + 1.0) / ((extent.x() + map.quantum_m()) * (extent.y() + map.quantum_m()));
-  const double radius = params.search.reach_sigmas * sigma + farthest(local, pivot_site_m) +
+  if (prior_is_wide(params, covariance, density)) return look_widely();
+  const double radius = params.search.reach_sigmas * sigma_xy(covariance) + farthest(local, pivot_site_m) +
                         params.search.ring / std::sqrt(density);
   window_radius_m_ = radius > params.map_window_radius_m ? radius : params.map_window_radius_m;
   window_.clear();
@@ -223,13 +233,26 @@ void MapFix::take_search() {
   }
   const Hypothesis& pose = r.best.pose;
   if (r.verdict.status != VerdictStatus::kNoHypothesis) result_.T_map_site = r.T_map_site;
-  judged(r.verdict, Vec3(pose.x_m, pose.y_m, wrap_angle(pose.yaw_rad - T_map_site_.yaw_rad)), r.covariance,
-         information);
+  const Vec3 offset(pose.x_m, pose.y_m, wrap_angle(pose.yaw_rad - T_map_site_.yaw_rad));
+  judged(r.verdict, offset, r.covariance, information);
+  if (status_ == MapFixStatus::kAccepted) tell_fresh(r.best, offset);
   if (!again && status_ == MapFixStatus::kTooLittleEvidence && result_.hypotheses > 0 &&
       params_.search.evidence.scale_sigma == 0.0 && params_.search.scale_sigma > 0.0) {
     params_.search.evidence.scale_sigma = params_.search.scale_sigma;
     status_ = MapFixStatus::kRunning;
     phase_ = Phase::kLay;
+  }
+}
+
+/// Where they leave a direction open, its variance is large and the offset nothing.
+void MapFix::tell_fresh(const Evidence& best, const Vec3& offset) {
+  constexpr double kNothing_m = 1.0e3;
+  const Mat3 information = best.fresh_information + 1.0 / (kNothing_m * kNothing_m) * Mat3::Identity();
+  result_.fresh_covariance = Factors(information).inverse();
+  result_.fresh_offset = offset + result_.fresh_covariance * best.fresh_pull;
+  const Sightings& sightings = search_.sightings();
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    if ((best.on_map[i / 32] >> (i % 32) & 1U) != 0U) local_[sightings[i].local].fresh = false;
   }
 }
 

@@ -6,7 +6,8 @@
 ///
 /// The window holds the local map wherever the prior leaves room for it, and a ring around that for decoys:
 ///   radius = reach_sigmas sigma + farthest local boulder + ring / sqrt(density of the whole map)
-/// Where it does not fit, or the prior is wide (`wide_xy_m`, `wide_yaw_rad`), the pose is looked for as when
+/// Where it does not fit, or the prior is wide (`wide_xy_m` with more than `wide_boulders` in reach, or
+/// `wide_yaw_rad`), the pose is looked for as when
 /// lost, in the disc and the sector that the prior leaves room for: pairs of boulders, rarest first, cost a
 /// hundredth of going through all poses there. With search.fresh_only it is not: kNoSearchRoom.
 ///
@@ -61,8 +62,11 @@ struct MapFixParams {
   LostSearchParams lost;
   double map_window_radius_m = cfg::kMission.map_window_radius_m;  ///< at least
   double wide_xy_m = 0.3;                                          ///< sigma from which on the prior is wide
+  double wide_boulders = 28.0;  ///< where more of the map's are in reach: as at wide_xy_m with 4 per m2
   double wide_yaw_rad = 0.1;
 };
+/// `covariance` of x, y, yaw; `per_m2`: boulders of the map.
+bool prior_is_wide(const MapFixParams& params, const Mat3& covariance, double per_m2);
 
 struct MapFixResult {
   Verdict verdict;
@@ -70,8 +74,10 @@ struct MapFixResult {
   Mat3 posterior = Mat3::Zero();  ///< its covariance, of the pivot's x, y and of yaw in map
   Vec3 offset = Vec3(0.0, 0.0, 0.0);  ///< x, y, yaw of the pivot in map: what the map says, less the start
   Mat3 covariance = Mat3::Zero();     ///< of it, without the prior
-  double scale = 1.0;                 ///< lengths of the map over those of the local map
-  double scale_sigma = 0.0;           ///< 0: not looked for
+  Vec3 fresh_offset = Vec3(0.0, 0.0, 0.0);  ///< what its fresh boulders alone say
+  Mat3 fresh_covariance = Mat3::Zero();
+  double scale = 1.0;        ///< lengths of the map over those of the local map
+  double scale_sigma = 0.0;  ///< 0: not looked for
   double rms_m = 0.0;
   double pairs = 0.0;  ///< expected number of true ones
   std::uint32_t hypotheses = 0;
@@ -93,7 +99,8 @@ class MapFix {
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
   MapFixStatus status() const { return status_; }
   const MapFixResult& result() const { return result_; }
-  const LocalMap& local() const { return local_; }  ///< that of the last start
+  /// That of the last start; `fresh` falls where an accepted fix by a prior was made of a boulder.
+  const LocalMap& local() const { return local_; }
   /// The fix that runs or ran last looks for the pose without the prior's help.
   bool lost() const { return phase_ == Phase::kRelocate; }
   /// Room for a window of the map, lent to other work until the next start: a fix that is under way ends.
@@ -114,6 +121,7 @@ class MapFix {
   void begin_search();
   void take_search();
   void take_relocation();
+  void tell_fresh(const Evidence& best, const Vec3& offset);
   bool expects_proof(std::size_t boulders, double density) const;
   void judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,
               const Mat3& prior_information);

@@ -109,6 +109,7 @@ class PoseSearchJob {
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
   SearchStatus status() const { return status_; }
   const SearchResult& result() const { return result_; }
+  const Sightings& sightings() const { return sightings_; }
   /// Lent to other work until the next start(): a search that is under way ends.
   Ground& lend_ground() {
     status_ = SearchStatus::kIdle;

@@ -65,6 +65,7 @@ Sighted sight(const EvidenceParams& params, const Ground& ground, const LocalMap
   s.sigma_m = std::sqrt(params.sigma_pair_m * params.sigma_pair_m + own * own);
   s.local = static_cast<std::uint16_t>(index);
   s.in_view = boulder.in_view;
+  s.fresh = boulder.fresh;
   const auto diameter = static_cast<double>(boulder.diameter_m);
   if (params.size_sigma > 0.0 && in_range(diameter, 1.0e-3, 1.0e3)) {
     s.diameter_m = diameter;
@@ -131,6 +132,8 @@ EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& gr
   information_.setZero();
   missing_.setZero();
   gradient_.setZero();
+  fresh_information_.setZero();
+  fresh_gradient_.setZero();
   sum_w_ = sum_wr2_ = sum_r2_m2_ = 0.0;
   turn_ = sin_cos(pose_.yaw_rad);
   const bool pose_good = in_range(pose_.x_m, -kFarthest_m, kFarthest_m) &&
@@ -212,9 +215,19 @@ void EvidenceJob::add(const Sighting& s, const Vec2& d, const Vec2& pull, const 
   Eigen::Matrix<double, 2, 4> J;
   J << 1.0, 0.0, -d.y(), d.x() / pose_.scale,  //
       0.0, 1.0, d.x(), d.y() / pose_.scale;
-  information_ += (weight * info) * (J.transpose() * J);
-  missing_ += (info * info) * (J.transpose() * (outer - pull * pull.transpose()) * J);
-  gradient_ += info * (J.transpose() * pull);
+  const Mat4 complete = (weight * info) * (J.transpose() * J);
+  const Mat4 missing = (info * info) * (J.transpose() * (outer - pull * pull.transpose()) * J);
+  const Vec4 gradient = info * (J.transpose() * pull);
+  information_ += complete;
+  missing_ += missing;
+  gradient_ += gradient;
+  if (last_ && weight > 0.5) {
+    result_.on_map[cursor_ / 32] |= 1U << (cursor_ % 32);
+    if (s.fresh) {
+      fresh_information_ += complete;
+      fresh_gradient_ += gradient;
+    }
+  }
   sum_w_ += weight;
   sum_wr2_ += info * outer.trace();
   sum_r2_m2_ += outer.trace();
@@ -357,7 +370,14 @@ void EvidenceJob::weigh() {
   factor = factor < 0.25 ? 0.25 : factor > 9.0 ? 9.0 : factor;
   r.covariance = Factors(Mat4(seen / factor + prior)).inverse();
   if (params_.scale_sigma == 0.0) r.covariance(3, 3) = 0.0;
+  tell_fresh(factor);
   status_ = settled_ ? EvidenceStatus::kDone : EvidenceStatus::kNotSettled;
+}
+
+/// The scale is left to all of them.
+void EvidenceJob::tell_fresh(double factor) {
+  result_.fresh_information = fresh_information_.topLeftCorner<3, 3>() / factor;
+  result_.fresh_pull = fresh_gradient_.head<3>() / factor;
 }
 
 Progress EvidenceJob::step(WorkBudget& budget) {

@@ -76,6 +76,7 @@ struct Sighting {
   double size_density = 0.0;  ///< Ground::size_density of it; 0 = sizes are not looked at
   std::uint16_t local = 0;    ///< index in the LocalMap
   bool in_view = false;       ///< LocalBoulder::in_view
+  bool fresh = true;          ///< LocalBoulder::fresh
   std::uint16_t cluster = 0;  ///< the same for those that hang together: the lowest index among them
 };
 using Sightings = FixedVector<Sighting, cfg::kMaxLocalBoulders>;
@@ -137,6 +138,11 @@ struct Evidence {
   double matched = 0.0;      ///< expected number of true pairs
   double rms_m = 0.0;        ///< of their residuals, weighted
   int iterations = 0;
+  /// What the fresh ones alone say, without the prior: information about x, y, yaw, and the pull at `pose`.
+  Mat3 fresh_information = Mat3::Zero();
+  Vec3 fresh_pull = Vec3::Zero();
+  /// Sightings that are likelier on the map than not, a bit each.
+  std::uint32_t on_map[(cfg::kMaxLocalBoulders + 31) / 32] = {};
 };
 
 enum class CAIRN_NODISCARD EvidenceStatus : std::uint8_t {
@@ -176,6 +182,7 @@ class EvidenceJob {
   void look(const Sighting& s, const BoulderQuery& piece);
   void looked(const Sighting& s, const BoulderQuery& query);
   void add(const Sighting& s, const Vec2& d, const Vec2& pull, const Mat2& outer, double weight);
+  void tell_fresh(double factor);
   void end_pass();
   Mat4 prior_information() const;
   Vec4 from_prior() const;
@@ -200,6 +207,8 @@ class EvidenceJob {
   Mat4 information_ = Mat4::Zero();  ///< of the pairs, complete: weights as they are
   Mat4 missing_ = Mat4::Zero();      ///< what the uncertainty of the matches takes of it
   Vec4 gradient_ = Vec4::Zero();
+  Mat4 fresh_information_ = Mat4::Zero();  ///< the same of the fresh ones, less what is missing; last pass
+  Vec4 fresh_gradient_ = Vec4::Zero();
   double sum_w_ = 0.0;
   double sum_wr2_ = 0.0;  ///< over sigma^2
   double sum_r2_m2_ = 0.0;

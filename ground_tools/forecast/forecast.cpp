@@ -304,7 +304,7 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
     demand.proof.sigma_m = model.evidence.sigma_pair_m;
     demand.proof.error_m = model.sigma_pair_m;
     demand.proof.clutter = station.clutter;
-    demand.proof.log_volume = log_volume_of(before.topLeftCorner<3, 3>());
+    demand.proof.log_volume = log_volume_of(before.topLeftCorner<3, 3>(), station.per_m2);
     demand.needed = model.verdict.ln_threshold;
     demand.confirmed = 1.0 - never_fixed;
     const Mat3 information = weigh_boulders(model, footprint, demand, station);

@@ -22,16 +22,14 @@ double over_exponential(const F& f) {
 
 }  // namespace
 
-double log_volume_of(const Mat3& covariance) {
+double log_volume_of(const Mat3& covariance, double per_m2) {
   const MapFixParams params;
-  const double reach = params.search.reach_sigmas;
-  const double xy2 = std::max(covariance(0, 0), covariance(1, 1));
-  const double yaw = std::sqrt(covariance(2, 2));
-  if (std::sqrt(xy2) <= params.wide_xy_m && yaw <= params.wide_yaw_rad)
+  if (!prior_is_wide(params, covariance, per_m2))
     return 1.5 * std::log(2.0 * kPi) + 0.5 * std::log(covariance.determinant());
   // As when lost: a disc and a sector.
+  const double reach = params.search.reach_sigmas;
   const double area_m2 = kPi * reach * reach * (covariance(0, 0) + covariance(1, 1));
-  return std::log(area_m2 * 2.0 * std::min(kPi, reach * yaw));
+  return std::log(area_m2 * 2.0 * std::min(kPi, reach * std::sqrt(covariance(2, 2))));
 }
 
 Proof::Proof(const ProofCase& of) {

@@ -32,8 +32,9 @@ struct ProofCase {
   double log_volume = 0.0;    ///< of the prior: m^2 rad
 };
 
-/// ln of the volume in which the flight module looks for a pose with this covariance of x, y, yaw.
-double log_volume_of(const Mat3& covariance);
+/// ln of the volume in which the flight module looks for a pose with this covariance of x, y, yaw, where the
+/// map has so many boulders a square metre.
+double log_volume_of(const Mat3& covariance, double per_m2);
 
 /// Its parts that do not depend on k are worked out once.
 class Proof {

@@ -66,6 +66,7 @@ struct Cell {
   bool any_share = false;                               // of true boulders: drawn as the verdict has it
   double scale_sigma = PoseSearchParams().scale_sigma;  // looked for where it is too little: as MapFix does
   double map_scale = 1.0;
+  double pair_m = 0.0;  // as the verdict takes it; 0: sigma_pair_m
 };
 
 using Method = std::function<void(const Cell&, const Trial&, Outcome&)>;
@@ -95,7 +96,7 @@ double cramer_rao_m(const Trial& t, double noise_m) {
 
 void search_once(Engines& e, const Cell& cell, double scale_sigma, Outcome& o) {
   PoseSearchParams p;
-  p.evidence.sigma_pair_m = sigma_pair_m;
+  p.evidence.sigma_pair_m = cell.pair_m > 0.0 ? cell.pair_m : sigma_pair_m;
   p.evidence.scale_sigma = scale_sigma;
   p.scale_sigma = cell.scale_sigma;
   if (cell.view.size_noise > 0.0) p.evidence.size_sigma = 1.2 * cell.view.size_noise;
@@ -675,6 +676,38 @@ void draw_rates(const std::vector<Rate>& rates, const std::string& path) {
 /// Where log_ratio lies above t on other ground: bounded by e^-t, observed, and predicted from the same
 /// ground by importance sampling, P0(ratio > t) = E1[1 / ratio; ratio > t], with the shares of true
 /// boulders as the verdict assumes them. At rates of 1e-1 to 1e-3.
+void calibrate(const Cell& cell, std::vector<Rate>& rates) {
+  Cell c = cell;
+  c.any_share = true;
+  c.scale_sigma = 0.0;
+  c.site = Site::kElsewhere;
+  const std::vector<Outcome> null = run(c, search, 20 * trials);
+  c.site = Site::kRight;
+  const std::vector<Outcome> same = run(c, search, 10 * trials);
+  const auto predicted = [&same](double t) {
+    double said = 0.0;
+    for (const Outcome& o : same) said += o.log_ratio > t ? std::exp(-o.log_ratio) : 0.0;
+    return said / static_cast<double>(same.size());
+  };
+  std::vector<double> ratios;
+  for (const Outcome& o : null) ratios.push_back(o.log_ratio);
+  std::sort(ratios.rbegin(), ratios.rend());
+  const double d = c.ground.per_m2;
+  for (const double rate : {0.1, 0.03, 0.01, 0.003, 0.001}) {
+    const auto seen = static_cast<std::size_t>(rate * static_cast<double>(ratios.size()));
+    if (seen < 10) continue;
+    const double t = ratios[seen];
+    const double said = predicted(t);
+    std::printf("%.3f per m2  t %6.2f  bound %.4f  observed %.5f (%zu)  predicted %.5f  ratio %.2f\n", d, t,
+                std::min(1.0, std::exp(-t)), rate, seen, said, said / rate);
+    rates.push_back({d, rate, seen, said});
+  }
+  const VerdictParams v;
+  std::printf("%.3f per m2  at the threshold: predicted %.2e a search\n", d,
+              predicted(v.ln_threshold - v.calibration));
+  std::fflush(stdout);
+}
+
 void suite_calibration() {
   std::printf(
       "\nfalse rate of log_ratio > t: bound e^-t, observed (events), predicted by importance sampling\n");
@@ -684,34 +717,23 @@ void suite_calibration() {
     c.fewest = 6;
     c.most = 10;
     c.start = {0.35, 0.02};
-    c.any_share = true;
-    c.scale_sigma = 0.0;
-    c.site = Site::kElsewhere;
-    const std::vector<Outcome> null = run(c, search, 20 * trials);
-    c.site = Site::kRight;
-    const std::vector<Outcome> same = run(c, search, 10 * trials);
-    std::vector<double> ratios;
-    for (const Outcome& o : null) ratios.push_back(o.log_ratio);
-    std::sort(ratios.rbegin(), ratios.rend());
-    for (const double rate : {0.1, 0.03, 0.01, 0.003, 0.001}) {
-      const auto seen = static_cast<std::size_t>(rate * static_cast<double>(ratios.size()));
-      if (seen < 10) continue;
-      const double t = ratios[seen];
-      double said = 0.0;
-      for (const Outcome& o : same) said += o.log_ratio > t ? std::exp(-o.log_ratio) : 0.0;
-      said /= static_cast<double>(same.size());
-      std::printf("%.2f per m2  t %6.2f  bound %.4f  observed %.5f (%zu)  predicted %.5f  ratio %.2f\n", d, t,
-                  std::min(1.0, std::exp(-t)), rate, seen, said, said / rate);
-      rates.push_back({d, rate, seen, said});
-    }
-    const VerdictParams v;
-    double said = 0.0;
-    for (const Outcome& o : same) {
-      said += o.log_ratio > v.ln_threshold - v.calibration ? std::exp(-o.log_ratio) : 0.0;
-    }
-    std::printf("%.2f per m2  at the threshold: predicted %.2e a search\n", d,
-                said / static_cast<double>(same.size()));
-    std::fflush(stdout);
+    calibrate(c, rates);
+  }
+  if (!svg.empty()) draw_rates(rates, svg);
+}
+
+/// The same of landmarks on a map of 25 cm a pixel, k = 0.10, 0.15 and 0.30.
+void suite_coarse_calibration() {
+  std::printf("\nthe same of landmarks\n");
+  std::vector<Rate> rates;
+  for (const double d : {0.01, 0.021, 0.06}) {
+    Cell c = usual(d);
+    c.fewest = 8;
+    c.most = 20;
+    c.pair_m = 0.1;
+    c.view.noise_m = 0.1;
+    c.start = {0.5, 0.02};
+    calibrate(c, rates);
   }
   if (!svg.empty()) draw_rates(rates, svg);
 }
@@ -949,6 +971,7 @@ int main(int argc, char** argv) {
                           {"windows", suite_windows},
                           {"scale", suite_scale},
                           {"calibration", suite_calibration},
+                          {"coarse-calibration", suite_coarse_calibration},
                           {"coverage", suite_coverage},
                           {"lost", suite_lost},
                           {"coarse", suite_coarse},

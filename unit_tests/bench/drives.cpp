@@ -205,10 +205,7 @@ void DrivenRover::begin_fix(std::uint32_t frame) {
   trust_.snapshot();
   fix_lost_ = trust_.state() == Trust::kLost || against_nats_ <= -kRefuted;
   MapFixParams params;
-  if (case_.coarse) {
-    params.search.evidence.sigma_pair_m = params.lost.sigma_pair_m = kCoarse_m;
-    params.search.verdict.calibration = 0.0;
-  }
+  if (case_.coarse) params.search.evidence.sigma_pair_m = params.lost.sigma_pair_m = kCoarse_m;
   if (trust_.state() == Trust::kConfirmed)
     params.search.verdict.prior_log_odds = cfg::kMission.track_log_odds;
   const Vec2 pivot_site = T_site_rover_.translation();

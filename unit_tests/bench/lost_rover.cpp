@@ -109,11 +109,9 @@ LostResult LostRover::look(const LostCase& lost, std::uint64_t seed, int number)
   }
   MapFixParams params;
   if (lost.size_noise > 0.0) params.search.evidence.size_sigma = 1.2 * lost.size_noise;
-  if (lost.pixel_m > 0.0) {  // as Localizer::start_stage has it
+  if (lost.pixel_m > 0.0)  // as Localizer::start_stage has it
     params.search.evidence.sigma_pair_m = params.lost.sigma_pair_m =
         LandmarkParams().pixel_share * lost.pixel_m;
-    params.search.verdict.calibration = 0.0;
-  }
   LostResult out;
   WorkBudget all = WorkBudget::unlimited();
   const Pose2 nowhere{0.5 * lost.side_m, 0.5 * lost.side_m, 0.0};

@@ -149,6 +149,63 @@ void test_the_prior_is_taken_out_again(void**) {
 }
 
 /// A heading next to the half turn: offsets stay small.
+/// Half of the boulders made a fix before, and since then the local map was bent between them and the others.
+/// What the fresh ones say is theirs alone, and as sure as they make it.
+void test_what_fresh_boulders_say(void**) {
+  constexpr double kBent_m = 0.07;
+  const Vec2 aside = Pose2{0.0, 0.0, kTruth.yaw_rad} * Vec2(kBent_m, 0.0) / kBent_m;
+  double all_aside = 0.0, fresh_aside = 0.0, chi2 = 0.0;
+  constexpr int kTrials = 20;
+  for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
+    lay(seed);
+    for (std::size_t i = 0; i < 9; ++i) {
+      local_map[i].fresh = false;
+      local_map[i].p_site_m.x() -= kBent_m;  // the map lies farther along x, for them
+    }
+    const Pose2 from = about_rover(kTruth.yaw_rad + 0.02, Vec2(0.06, -0.05));
+    assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+    const MapFixResult& r = job.result();
+    const Vec2 off = from * kPivot + r.fresh_offset.head<2>() - kRover;
+    const Vec3 error(off.x(), off.y(), wrap_angle(from.yaw_rad + r.fresh_offset[2] - kTruth.yaw_rad));
+    all_aside += (place(from) - kRover).dot(aside) / kTrials;
+    fresh_aside += off.dot(aside) / kTrials;
+    chi2 += error.dot(Vec3(r.fresh_covariance.inverse() * error)) / kTrials;
+    int still = 0;
+    for (std::size_t i = 0; i < 18; ++i) still += job.local()[i].fresh ? 1 : 0;
+    assert_at_most(still, 4);
+  }
+  assert_at_least(all_aside, 0.02);
+  assert_near(fresh_aside, 0.0, 0.015);
+  assert_at_least(chi2, 1.5);  // 3, if the claim is right
+  assert_at_most(chi2, 5.0);
+}
+
+/// None is fresh: the fix is proven, and says nothing.
+void test_no_boulder_is_fresh(void**) {
+  lay(5);
+  for (LocalBoulder& b : local_map) b.fresh = false;
+  const Pose2 from = about_rover(kTruth.yaw_rad, Vec2(0.05, 0.0));
+  assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+  for (int k = 0; k < 3; ++k) assert_at_least(job.result().fresh_covariance(k, k), 1.0e5);
+}
+
+/// Little lies in reach of a wide prior on sparse ground: it is a prior still, and pays for its own volume.
+void test_a_wide_prior_on_sparse_ground(void**) {
+  World sparse;
+  sparse.per_m2 = 0.02;
+  sparse.half_m = 80.0;
+  sparse.truths = 12;
+  sparse.others = 6;
+  sparse.see_m = 25.0;
+  lay(2, sparse);
+  const Pose2 from = about_rover(kTruth.yaw_rad + 0.02, Vec2(0.9, -0.5));
+  assert_status(tracked(from, covariance(0.8, 0.05)), MapFixStatus::kAccepted);
+  assert_false(job.lost());
+  assert_at_most((place(from) - kRover).norm(), 0.08);
+  assert_status(tracked(from, covariance(6.0, 0.05)), MapFixStatus::kAccepted);
+  assert_true(job.lost());
+}
+
 void test_headings_wrap(void**) {
   World world;
   world.yaw_rad = kPi - 0.02;
@@ -441,6 +498,9 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_tracked_fix_is_right),
       cmocka_unit_test(test_the_prior_is_taken_out_again),
+      cmocka_unit_test(test_what_fresh_boulders_say),
+      cmocka_unit_test(test_no_boulder_is_fresh),
+      cmocka_unit_test(test_a_wide_prior_on_sparse_ground),
       cmocka_unit_test(test_headings_wrap),
       cmocka_unit_test(test_the_window_grows_with_what_it_must_hold),
       cmocka_unit_test(test_scale_is_said),
