@@ -413,8 +413,7 @@ void test_full(void**) {
   for (const LocalBoulder& b : map) assert_true(b.id >= kMore);
 }
 
-/// What is seen once and never again fills the room there is. What was seen often stays, the longer ago the
-/// less.
+/// What is seen once and never again fills the room there is, and what was seen often stays.
 void test_room_is_made_of_what_was_seen_seldom(void**) {
   TrackParams p = show_all();
   p.min_sightings = 3;
@@ -457,8 +456,7 @@ void test_no_jump_for_want_of_room(void**) {
   assert_int_equal(tracks.dropped(), 0);
 }
 
-/// What was in view is there again, and as many more beside it: the view got better, and the rover missed
-/// nothing.
+/// What was in view is there again, and as many more beside it: the view got better.
 void test_more_than_before_is_no_jump(void**) {
   tracks.init(show_all());
   for (std::uint32_t frame = 1; frame <= 40; ++frame) {
