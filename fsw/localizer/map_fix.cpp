@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
 #include "core/exp_log.hpp"
 #include "core/factors.hpp"
 
@@ -69,6 +70,13 @@ double farthest(const LocalMap& local, const Vec2& pivot_site_m) {
   return far;
 }
 
+/// Of their places in the local map, on an axis, in the mean.
+double own_variance(const LocalMap& local) {
+  double sum = 0.0;
+  for (const LocalBoulder& b : local) sum += square(static_cast<double>(b.sigma_m));
+  return local.empty() ? 0.0 : sum / static_cast<double>(local.size());
+}
+
 /// Along x or y, the larger one.
 double sigma_xy(const Mat3& covariance) {
   return std::sqrt(covariance(0, 0) > covariance(1, 1) ? covariance(0, 0) : covariance(1, 1));
@@ -125,8 +133,10 @@ MapFixStatus MapFix::start_lost(const MapFixParams& params, const OrbitalMap& ma
 
 MapFixStatus MapFix::relocate(const SearchRegion& region) {
   phase_ = Phase::kRelocate;
-  const RelocationParams params{params_.lost, params_.search.evidence, params_.search.verdict,
-                                params_.search.scale_sigma};
+  RelocationParams params{params_.lost, params_.search.evidence, params_.search.verdict,
+                          params_.search.scale_sigma};
+  const double own = own_variance(local_);
+  if (own > 0.0) params.search.sigma_pair_m = std::sqrt(own + square(params_.lost.sigma_pair_m));
   const Relocation::Room room{window_, search_.lend_ground()};
   return status_ = status_of(relocation_.start(params, map_, local_, pivot_site_m_, region, room));
 }

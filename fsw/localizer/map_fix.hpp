@@ -7,8 +7,8 @@
 /// The window holds the local map wherever the prior leaves room for it, and a ring around that for decoys:
 ///   radius = reach_sigmas sigma + farthest local boulder + ring / sqrt(density of the whole map)
 /// Where it does not fit, or the prior is wide (`wide_xy_m` with more than `wide_boulders` in reach, or
-/// `wide_yaw_rad`), the pose is looked for as when lost, in the disc and the sector that the prior leaves room
-/// for: pairs of boulders, rarest first, cost a hundredth of going through all poses there. With
+/// `wide_yaw_rad`), the pose is looked for as when lost, in the disc and the sector that the prior allows:
+/// pairs of boulders, rarest first, cost a hundredth of going through all poses there. With
 /// search.fresh_only it is not: kNoSearchRoom.
 ///
 /// Scale. Where the evidence is too little, the pose is looked for once more with the map's scale left free
