@@ -260,7 +260,10 @@ void MapFix::tell_fresh(const Evidence& best, const Vec3& offset) {
   const Mat3 information = best.fresh_information + 1.0 / (kNothing_m * kNothing_m) * Mat3::Identity();
   result_.fresh_covariance = Factors(information).inverse();
   result_.fresh_offset = offset + result_.fresh_covariance * best.fresh_pull;
-  const Sightings& sightings = search_.sightings();
+  mark_used(best, search_.sightings());
+}
+
+void MapFix::mark_used(const Evidence& best, const Sightings& sightings) {
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     if ((best.on_map[i / 32] >> (i % 32) & 1U) != 0U) local_[sightings[i].local].fresh = false;
   }
@@ -290,6 +293,10 @@ void MapFix::take_relocation() {
   const Vec2 moved = r.T_map_site * pivot_site_m_ - pivot_map_m_;
   judged(r.verdict, Vec3(moved.x(), moved.y(), wrap_angle(r.T_map_site.yaw_rad - T_map_site_.yaw_rad)),
          r.covariance, Mat3::Zero());
+  if (status_ != MapFixStatus::kAccepted) return;
+  result_.fresh_offset = result_.offset;
+  result_.fresh_covariance = result_.covariance;
+  mark_used(r.best, relocation_.sightings());
 }
 
 void MapFix::judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,

@@ -74,7 +74,7 @@ struct MapFixResult {
   Mat3 posterior = Mat3::Zero();  ///< its covariance, of the pivot's x, y and of yaw in map
   Vec3 offset = Vec3(0.0, 0.0, 0.0);  ///< x, y, yaw of the pivot in map: what the map says, less the start
   Mat3 covariance = Mat3::Zero();     ///< of it, without the prior
-  Vec3 fresh_offset = Vec3(0.0, 0.0, 0.0);  ///< what its fresh boulders alone say
+  Vec3 fresh_offset = Vec3(0.0, 0.0, 0.0);  ///< what its fresh boulders alone say; found widely, all of them
   Mat3 fresh_covariance = Mat3::Zero();
   double scale = 1.0;        ///< lengths of the map over those of the local map
   double scale_sigma = 0.0;  ///< 0: not looked for
@@ -99,7 +99,7 @@ class MapFix {
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
   MapFixStatus status() const { return status_; }
   const MapFixResult& result() const { return result_; }
-  /// That of the last start; `fresh` falls where an accepted fix by a prior was made of a boulder.
+  /// That of the last start; `fresh` falls where an accepted fix was made of a boulder.
   const LocalMap& local() const { return local_; }
   /// The fix that runs or ran last looks for the pose without the prior's help.
   bool lost() const { return phase_ == Phase::kRelocate; }
@@ -122,6 +122,7 @@ class MapFix {
   void take_search();
   void take_relocation();
   void tell_fresh(const Evidence& best, const Vec3& offset);
+  void mark_used(const Evidence& best, const Sightings& sightings);
   bool expects_proof(std::size_t boulders, double density) const;
   void judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,
               const Mat3& prior_information);

@@ -70,6 +70,7 @@ class Relocation {
   RelocationStatus status() const { return status_; }
   const RelocationResult& result() const { return result_; }
   const LostSearch& search() const { return search_; }
+  const Sightings& sightings() const { return sightings_; }  ///< that the poses were weighed by
   std::uint32_t map_boulders() const { return static_cast<std::uint32_t>(wide_map_.size()); }
 
  private:

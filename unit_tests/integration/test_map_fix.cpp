@@ -204,6 +204,13 @@ void test_a_wide_prior_on_sparse_ground(void**) {
   assert_at_most((place(from) - kRover).norm(), 0.08);
   assert_status(tracked(from, covariance(6.0, 0.05)), MapFixStatus::kAccepted);
   assert_true(job.lost());
+  // Where it was searched as if lost, it is made of all of them.
+  const MapFixResult& r = job.result();
+  assert_near(r.fresh_covariance(0, 0), r.covariance(0, 0), 0.0);
+  assert_near((r.fresh_offset - r.offset).norm(), 0.0, 0.0);
+  int used = 0;
+  for (const LocalBoulder& b : job.local()) used += b.fresh ? 0 : 1;
+  assert_in_range(used, 8, 14);
 }
 
 void test_headings_wrap(void**) {
