@@ -772,8 +772,9 @@ FixStatus Localizer::take_map_fix() {
   fix_.chance_log = result.verdict.chance_log;
   fix_.hypotheses += result.hypotheses;
   if (status == FixStatus::kApplied) {
-    const FixOffset offset{result.offset + start_of_stage(), result.covariance};
-    const FixOffset fresh{result.fresh_offset + start_of_stage(), result.fresh_covariance};
+    const Mat3 bend = by_landmarks() ? fusion_.bend(result.far_m) : Mat3(Mat3::Zero());
+    const FixOffset offset{result.offset + start_of_stage(), result.covariance + bend};
+    const FixOffset fresh{result.fresh_offset + start_of_stage(), result.fresh_covariance + bend};
     const FusionResult r = fix_.lost           ? fusion_.relocate(offset)
                            : trust_.unproven() ? fusion_.prove(offset)
                            : by_landmarks()

@@ -264,9 +264,16 @@ void MapFix::tell_fresh(const Evidence& best, const Vec3& offset) {
 }
 
 void MapFix::mark_used(const Evidence& best, const Sightings& sightings) {
+  double far_m = 0.0;
+  double used = 0.0;
   for (std::size_t i = 0; i < sightings.size(); ++i) {
-    if ((best.on_map[i / 32] >> (i % 32) & 1U) != 0U) local_[sightings[i].local].fresh = false;
+    if ((best.on_map[i / 32] >> (i % 32) & 1U) == 0U) continue;
+    LocalBoulder& boulder = local_[sightings[i].local];
+    boulder.fresh = false;
+    far_m += std::sqrt((boulder.p_site_m - pivot_site_m_).squaredNorm());
+    used += 1.0;
   }
+  if (used > 0.0) result_.far_m = far_m / used;
 }
 
 void MapFix::take_relocation() {

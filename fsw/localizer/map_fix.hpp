@@ -76,6 +76,7 @@ struct MapFixResult {
   Mat3 covariance = Mat3::Zero();     ///< of it, without the prior
   Vec3 fresh_offset = Vec3(0.0, 0.0, 0.0);  ///< what its fresh boulders alone say; found widely, all of them
   Mat3 fresh_covariance = Mat3::Zero();
+  double far_m = 0.0;        ///< mean distance from the pivot of the boulders an accepted one was made of
   double scale = 1.0;        ///< lengths of the map over those of the local map
   double scale_sigma = 0.0;  ///< 0: not looked for
   double rms_m = 0.0;

@@ -256,6 +256,13 @@ Mat3 PoseFusion::carried(const Mat3& covariance) const {
   return grown(P, since_snapshot_).topLeftCorner<3, 3>();
 }
 
+Mat3 PoseFusion::bend(double far_m) const {
+  const double along = far_m * far_m * snapshot_P_(3, 3);
+  const double turn = far_m * far_m * snapshot_P_(4, 4);
+  const double xy = along + 0.25 * far_m * far_m * turn;
+  return Vec3(xy, xy, turn).asDiagonal();
+}
+
 double PoseFusion::sigma_xy_m() const {
   const Mat3 now = covariance();
   return std::sqrt(0.5 * (now(0, 0) + now(1, 1)));

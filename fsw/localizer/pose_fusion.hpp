@@ -170,6 +170,9 @@ class PoseFusion {
   Mat3 covariance_at_snapshot() const;
   /// That of a pose which was known with `covariance` at the snapshot, by the steps since.
   Mat3 carried(const Mat3& covariance) const;
+  /// What a local map that reaches `far_m` from the pose is aside by rates that are not known: k shifts it by
+  /// k far, w turns it by w far and shifts it by half of w far^2. Taken for an error of its own.
+  Mat3 bend(double far_m) const;
   double scale() const { return rates_.scale; }                    ///< k
   double turn_rad_per_m() const { return rates_.turn_rad_per_m; }  ///< w
 

@@ -1169,6 +1169,41 @@ void test_another_map_has_its_own_error(void**) {
   assert_at_most(coarse.sigma_xy_m(), 0.5 * stuck);
 }
 
+// 20 m by rates that nobody knows, then a fix of landmarks that were seen `kFar_m` before: it tells the pose
+// of then, carried to now by the wrong rates.
+void test_a_local_map_is_bent_by_unknown_rates(void**) {
+  constexpr double kWay_m = 20.0;
+  constexpr double kFar_m = 12.0;
+  constexpr int kDraws = 400;
+  const Mat3 R = diagonal(0.05, 0.005);
+  const auto by_rates = [](double k, double w, double way) {
+    return Vec3(k * way, 0.5 * w * way * way, w * way);
+  };
+  double with = 0.0;
+  double without = 0.0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const FusionParams p = without_common();
+    const Vec3 noise(0.05 * gauss(), 0.05 * gauss(), 0.005 * gauss());
+    const double k = p.sigma_scale * gauss();
+    const double w = p.sigma_turn_rad_per_m * gauss();
+    const Vec3 truth = by_rates(k, w, kWay_m);
+    const Vec3 told = truth - by_rates(k, w, kFar_m) + noise;
+    for (const bool bent : {true, false}) {
+      PoseFusion fusion;
+      fusion.init(p, 0.02, 0.002);
+      for (int i = 0; i < 20; ++i) fusion.propagate(step_of(1.0, 0.0));
+      fusion.snapshot();
+      const Mat3 bend = bent ? fusion.bend(kFar_m) : Mat3(Mat3::Zero());
+      const FusionResult r = fusion.update({told, R + bend}, 1.0);
+      assert_status(r.status, FusionStatus::kFused);
+      const Vec3 left = truth - Vec3(r.at_snapshot.x_m, r.at_snapshot.y_m, r.at_snapshot.yaw_rad);
+      (bent ? with : without) += left.dot(fusion.covariance().inverse() * left) / kDraws;
+    }
+  }
+  assert_at_most(with, 4.0);  // three degrees of freedom
+  assert_at_least(without, 8.0);
+}
+
 }  // namespace
 
 int main() {
@@ -1211,6 +1246,7 @@ int main() {
       cmocka_unit_test(test_a_fix_ends_a_run),
       cmocka_unit_test(test_late_relocation),
       cmocka_unit_test(test_another_map_has_its_own_error),
+      cmocka_unit_test(test_a_local_map_is_bent_by_unknown_rates),
   };
   return cmocka_run_group_tests_name("localizer/pose_fusion", tests, nullptr, nullptr);
 }
