@@ -8,6 +8,7 @@ namespace {
 constexpr int kSide = 8;
 constexpr int kHalf = kSide / 2;
 constexpr int kWords = kSide * kSide / 2;  // of a window
+constexpr double kMargin_px = 2.0;         // of the search range
 constexpr std::uint32_t kSigns = 0x80008000U;
 constexpr std::uint32_t kLargest = kSide * kSide * 255;  // no sum of differences is larger
 
@@ -136,10 +137,12 @@ void StereoProbeJob::sum_windows() {
 
 StereoProbeJob::Range StereoProbeJob::search_range(int u, int v) const {
   const double d = plane_[0] * u + plane_[1] * v + plane_[2];
-  double low = d * (1.0 - params_.below) - 2.0;
-  double high = d * (1.0 + params_.above) + 2.0;
+  double low = d * (1.0 - params_.below) - kMargin_px;
+  double high = d * (1.0 + params_.above) + kMargin_px;
   const auto most =
       static_cast<double>(u - kHalf < params_.max_disparity_px ? u - kHalf : params_.max_disparity_px);
+  // What is found short of ground beyond the end is farther than it, and lower: a hole that is none.
+  if (!(d + kMargin_px <= most)) return {0, -1};
   if (!(low > params_.min_disparity_px)) low = params_.min_disparity_px;
   if (!(high < most)) high = most;
   if (!(high > low)) return {0, -1};

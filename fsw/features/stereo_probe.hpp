@@ -5,7 +5,8 @@
 /// one (sum of absolute differences), over disparities about the ground's plane: nearer than the ground,
 /// where boulders stand, by up to `above` of it, and farther by `below`. Sub-pixel by the equiangular fit
 /// (a V through three differences). Left out: windows without horizontal texture, minima at the end of the
-/// range, and minima that a second one rivals.
+/// range, minima that a second one rivals, and windows whose ground the right image does not hold: at the
+/// left rim of the left one.
 ///
 /// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the window
 /// are together no larger than the sum of the pixels' differences, so that where they exceed what could still

@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0xC2794F7BU, 0, 0};
-constexpr Golden kWhole = {35, 0x5B99A0BAU, 0xCBC20861U, 0x0E397536U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xFCE8FA2AU, 0, 0};
+constexpr Golden kWhole = {35, 0x3A9B3F02U, 0xC987C809U, 0x86B565F4U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
