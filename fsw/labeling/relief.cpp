@@ -325,7 +325,9 @@ void Relief::describe() {
   const double own = cell * cell / 12.0;
   const double seen = 4.0 * std::sqrt(positive(extents_.aa / extents_.w - mean_along * mean_along) + own);
   const double width = 4.0 * std::sqrt(positive(extents_.cc / extents_.w - across * across) + own);
-  const double depth = seen > width ? seen : width;
+  const double most = params_.deepest * width;
+  const double shown = seen < most ? seen : most;
+  const double depth = shown > width ? shown : width;
   const double along = mean_along + 0.5 * (depth - seen);
   const auto n = static_cast<double>(list_.size());
   ReliefBoulder b;
@@ -339,7 +341,7 @@ void Relief::describe() {
     ++dropped_;
     return;
   }
-  const double hidden = params_.depth_share * (depth - seen) + 0.05 * depth;
+  const double hidden = params_.depth_share * std::fabs(depth - seen) + 0.05 * depth;
   b.sigma_m = std::sqrt(0.25 * cell * cell + 0.5 * hidden * hidden);
   b.range_m = (b.p_site_m - centre_site_m_).norm();
   b.open_share = extents_.front > 0 ? static_cast<double>(extents_.open) / extents_.front : 0.0;

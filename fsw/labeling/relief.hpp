@@ -16,11 +16,11 @@
 ///     centre = m + (max(w, d) - d) / 2 along u,
 /// which is the near edge and half the depth. Width and depth are four standard deviations of the cells, as
 /// of a disc, and not from rim to rim: stereo's windows smear rims, mostly on the hidden side, and what
-/// smears both ways takes from m what it gives to d. A cell weighs W / (W + half_told) with what it was
-/// told, W. Errors: that of a rim, half a cell; along, beside it a twentieth of the depth, and
-/// `depth_share` of what of it was not seen but taken to be there. Cut. Where much of the rim that faces
-/// the rover borders on cells that were never seen, the boulder may go on there: `open_share` tells how
-/// much of it.
+/// smears both ways takes from m what it gives to d. Where d is more than `deepest` w, that much is taken,
+/// from the near edge on: the rest is ground that the boulder hides. A cell weighs W / (W + half_told) with
+/// what it was told, W. Errors: that of a rim, half a cell; along, beside it a twentieth of the depth, and
+/// `depth_share` of what of it was not seen but taken to be there. Cut. Where much of the rim that faces the
+/// rover borders on cells never seen, the boulder may go on there: `open_share` tells how much of it.
 ///
 /// Frame: `site`, z up, metres. Cells are addressed modulo the grid's side, and each knows which place it
 /// stands for, so that nothing is moved as the rover drives. A cell seen again after `stale_m` of way starts
@@ -52,6 +52,7 @@ struct ReliefParams {
   int min_cells = 6;
   double half_told = 2000.0;  ///< two points from five metres
   double depth_share = 0.3;
+  double deepest = 1.6;
 };
 
 /// What stands above the ground at one place.
@@ -107,7 +108,7 @@ struct ReliefStorage {
 class Relief {
  public:
   static constexpr std::uint32_t kBlock = 8;       ///< cells of a block's side
-  static constexpr std::size_t kMaxBoulders = 48;  ///< of a survey
+  static constexpr std::size_t kMaxBoulders = 96;  ///< of a survey
   static constexpr std::size_t kMaxCells = 1024;   ///< of a boulder
   static constexpr std::uint32_t kAddOps = 40;
   static constexpr std::uint32_t kLowOps = 20 * kBlock * kBlock;

@@ -122,6 +122,21 @@ void test_centre_from_one_side(void**) {
   }
 }
 
+// Stereo's windows carry a boulder's top over the ground that it hides: a tail behind it is none of it.
+void test_a_tail_behind_it_is_ground(void**) {
+  const Scene scene = with_dome(5.0, 0.0);
+  look(fresh(), scene, 0.0, 0.0, 0.0);
+  for (double x = 5.1; x < 6.6; x += 0.06) {
+    for (double y = -0.25; y < 0.25; y += 0.06) {
+      for (int k = 0; k < 10; ++k) relief.add(Vec3(x, y, 0.35), Vec3(x, y, -1.65), 0.0);
+    }
+  }
+  survey(relief, Vec2(0.0, 0.0));
+  const ReliefBoulder& b = only(relief);
+  assert_at_most((b.p_site_m - scene.domes[0].p).norm(), 0.3);
+  assert_at_most(b.diameter_m, 1.35);
+}
+
 // From a second side: closer, and surer.
 void test_more_views_are_better(void**) {
   const Scene scene = with_dome(4.0, 0.0, 0.8, 0.6);
@@ -255,6 +270,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_bare_ground_holds_nothing),
       cmocka_unit_test(test_centre_from_one_side),
+      cmocka_unit_test(test_a_tail_behind_it_is_ground),
       cmocka_unit_test(test_more_views_are_better),
       cmocka_unit_test(test_cut_is_known),
       cmocka_unit_test(test_low_and_small_things_are_no_boulders),
