@@ -95,7 +95,7 @@ void Landmarks::used(const LocalMap& local) {
 void Landmarks::build(double pixel_m, double way_m, LocalMap& out) const {
   out.clear();
   for (const Landmark& l : landmarks_) {
-    const double diameter = l.seen.diameter_m - params_.smear_rad * l.nearest_m;
+    const double diameter = l.seen.diameter_m - params_.rims_m;
     if (diameter < params_.least_px * pixel_m || l.seen.open_share > params_.max_open) continue;
     const double since = way_m - l.seen.way_m;
     const double drift = params_.drift_share * since;

@@ -16,7 +16,8 @@
 /// that is not.
 ///
 /// What is offered. A map's smallest boulders are some `least_px` pixels wide; smaller landmarks are clutter.
-/// Stereo's windows smear a boulder's rims, so that it looks wider by an angle, `smear_rad`.
+/// A cell of the relief is a boulder's where one point of it is, and stereo's windows smear its rims: it
+/// looks wider by `rims_m`.
 /// Not offered either: those with more than `max_open` of the rim that faces the rover not seen yet.
 ///
 /// What a fix is made of. All that is offered goes into the proof, but each landmark moves the pose once, and
@@ -42,7 +43,7 @@ struct LandmarkParams {
   double max_open = 0.5;
   double noise_m = cfg::kMission.drift_noise_xy_m;  ///< of one metre of way
   double range_share = 0.012;
-  double smear_rad = 0.024;
+  double rims_m = 1.6 * cfg::kMission.relief_cell_m;
   double again = 0.6;  ///< seen from so much nearer than when a fix was made of it, a landmark is fresh
   double drift_share = 0.004;
   double pixel_share = 0.4;   ///< error of a boulder's place in the map, on an axis, pixels

@@ -73,8 +73,7 @@ void test_goes_on(void**) {
   assert_near(m[0].p_site_m.x(), 5.2, 0.0);
   assert_int_equal(m[0].sightings, 2);
   assert_near(m[1].p_site_m.x(), 7.3, 0.0);
-  // Windows smear its rims: wider by an angle, from where it was seen best.
-  assert_near(m[1].diameter_m, 1.6 - LandmarkParams().smear_rad * Vec2(5.3, 2.7).norm(), 1.0e-6);
+  assert_near(m[1].diameter_m, 1.6 - LandmarkParams().rims_m, 1.0e-6);
   assert_int_equal(m[2].sightings, 1);
 }
 
@@ -103,7 +102,9 @@ void test_beyond_what_is_sure_nothing_changes(void**) {
 
 void test_offers_what_the_map_can_hold(void**) {
   fresh();
-  take({at(4.0, 0.0, 0.6, 0.0), at(5.0, 2.0, 0.8, 0.0), at(7.0, 0.0, 1.5, 0.0), at(7.0, 3.0, 2.0, 0.0, 0.6)},
+  const double rims = LandmarkParams().rims_m;
+  take({at(4.0, 0.0, 0.5 + rims, 0.0), at(5.0, 2.0, 0.65 + rims, 0.0), at(7.0, 0.0, 1.3 + rims, 0.0),
+        at(7.0, 3.0, 1.8 + rims, 0.0, 0.6)},
        0.0, 0.0);
   assert_int_equal(offered(0.0, 0.2).size(), 3);
   assert_int_equal(offered(0.0, 0.25).size(), 2);
