@@ -1,8 +1,12 @@
 #include "localizer/boulder_tracks.hpp"
 
+#include "core/arithmetic.hpp"
 #include "core/exp_log.hpp"
 
 namespace cairn {
+namespace {
+double positive(double v) { return v > 0.0 ? v : 0.0; }
+}  // namespace
 
 double fresh_share(const LocalMap& local, std::uint32_t created) {
   if (local.empty()) return 1.0;
@@ -20,7 +24,7 @@ void BoulderTracks::init(const TrackParams& params) {
   settling_ = 0;
   next_id_ = dropped_ = 0;
   there_ = again_ = placed_ = known_ = suspected_ = 0;
-  shared_ = shared_again_ = jump_log_ = 0.0;
+  shared_ = shared_again_ = scatter_ = scatter_pairs_ = jump_log_ = 0.0;
 }
 
 void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame) {
@@ -113,13 +117,25 @@ void BoulderTracks::weigh_jump() {
   const auto again = static_cast<double>(again_ < asked ? again_ : asked);
   double q = (shared_again_ + 1.0) / (shared_ + 2.0);
   q = q < kMostAgain ? q : kMostAgain;
-  if (shared_ >= kLeastShared && q > kByChance)
-    jump_log_ += again * ln(kByChance / q) + (n - again) * ln((1.0 - kByChance) / (1.0 - q));
+  const bool measured = shared_ >= kLeastShared && n > 1.0;
+  if (shared_ >= kLeastShared && q > kByChance) {
+    const double log = again * ln(kByChance / q) + (n - again) * ln((1.0 - kByChance) / (1.0 - q));
+    jump_log_ += log / (1.0 + positive(n - 1.0) * together());
+  }
   if (jumped()) return;  // tells nothing of the share
   if (jump_log_ > 0.5 * params_.jump_nats && before < kSuspected) suspected_ = before + 1;
   if (before > 0) return;  // boulders that came into view since are no misses
+  if (measured) {
+    scatter_ = kScatterKept * scatter_ + square(again - n * q) / (n * q * (1.0 - q)) - 1.0;
+    scatter_pairs_ = kScatterKept * scatter_pairs_ + n - 1.0;
+  }
   shared_ = kShareKept * shared_ + n;
   shared_again_ = kShareKept * shared_again_ + again;
+}
+
+double BoulderTracks::together() const {
+  const double r = scatter_ / (scatter_pairs_ + kPriorPairs);
+  return r > kMostTogether ? kMostTogether : positive(r);
 }
 
 std::int16_t BoulderTracks::voted_track(const BoulderSighting& sighting, std::uint32_t frame) const {

@@ -16,12 +16,15 @@
 /// of these, and no more than kByChance find one. With a of n sightings on older tracks, n no more than were
 /// seen a frame ago (where a view that is seen better shows more, the old are there as well),
 ///     jump_log = a ln(kByChance / q) + (n - a) ln((1 - kByChance) / (1 - q))
-/// is the log likelihood ratio of 'missed a motion' against 'as ever'. That the share scatters more than
-/// sightings at random would is allowed for by a q of kMostAgain at most. Not asked where fewer than half as
-/// many tracks were seen the frame before. A few boulders in view can't say enough at once: where it is more
-/// than half of what is asked, up to kSuspected frames after it add theirs, of sightings on tracks that are
-/// older than the first of them. What was overlooked is there again; after a motion that was missed it isn't.
-/// Sightings without room for a track say nothing.
+/// is the log likelihood ratio of 'missed a motion' against 'as ever'. Sightings of a frame hang together: a
+/// picture that shows less shows less of all. With r the correlation between two of them, measured as q is,
+/// the variance of a is n q (1 - q) (1 + (n - 1) r), and jump_log is divided by the last factor; q is
+/// kMostAgain at most. Not asked where fewer than half as many tracks were seen the frame before. A few
+/// boulders in view can't say enough at once: where it is more than half of what is asked, up to kSuspected
+/// frames after it add theirs, of sightings on tracks that are older than the first of them. What was
+/// overlooked is there again; after a motion that was missed it isn't. Sightings without room don't count.
+///
+/// Source: the last factor is the design effect of a sample in clusters (Kish 1965, chapter 5).
 #pragma once
 
 #include <cstdint>
@@ -99,6 +102,9 @@ class BoulderTracks {
   static constexpr double kMostAgain = 0.9;
   static constexpr double kLeastShared = 20.0;  ///< sightings that the share is taken from
   static constexpr double kShareKept = 0.9;     ///< of their weight, a frame
+  static constexpr double kScatterKept = 0.98;  ///< likewise, of how the share scatters
+  static constexpr double kPriorPairs = 200.0;  ///< with which it is taken to scatter as at random
+  static constexpr double kMostTogether = 0.2;
   static constexpr std::uint32_t kSuspected = 2;
   static constexpr std::uint32_t kAges = 64;  ///< frames unseen that are told apart
   enum class Phase : std::uint8_t { kVoted, kRoom, kNearest, kDone };
@@ -118,6 +124,7 @@ class BoulderTracks {
   void take_voted();
   void take_nearest(std::size_t sighting);
   void weigh_jump();
+  double together() const;                      ///< r
   std::uint32_t merge_into(std::size_t track);  ///< returns how many
   void remove(std::size_t index);
 
@@ -141,6 +148,8 @@ class BoulderTracks {
   std::uint32_t suspected_ = 0;  ///< frames in a row
   double shared_ = 0.0;          ///< sightings of the frames before, fading, ...
   double shared_again_ = 0.0;
+  double scatter_ = 0.0;  ///< variance of the share over that at random, less one: sum, fading, ...
+  double scatter_pairs_ = 0.0;
   double jump_log_ = 0.0;
 };
 

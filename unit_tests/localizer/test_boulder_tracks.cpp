@@ -552,6 +552,27 @@ void test_a_jump_shows_among_few(void**) {
   assert_at_least(late, 20);
 }
 
+/// Pictures that show less of all of them, now and then, are no jump; and a jump is seen all the same within
+/// two frames more.
+void test_a_frame_that_shows_less_is_no_jump(void**) {
+  int told = 0;
+  for (std::uint32_t seed = 1; seed <= 100; ++seed) {
+    Strip strip(seed, 900);
+    tracks.init(show_all());
+    bool seen_to_jump = false;
+    for (std::uint32_t frame = 1; frame <= 303; ++frame) {
+      const double share = strip.uniform() < 0.15 ? 0.45 : 0.9;
+      strip.look(frame, share, frame < 300 ? Vec2(0.0, 0.0) : Vec2(0.7, 0.7));
+      if (!tracks.jumped()) continue;
+      assert_true(frame >= 300 && frame <= 302);
+      seen_to_jump = true;
+      break;
+    }
+    told += seen_to_jump ? 1 : 0;
+  }
+  assert_at_least(told, 95);
+}
+
 /// Nothing is said where nothing was in view the frame before, or nothing is known of the share.
 void test_no_jump_without_a_frame_before(void**) {
   const Vec2 aside(0.5, 0.5);
@@ -618,6 +639,7 @@ int main() {
       cmocka_unit_test(test_fresh_share),
       cmocka_unit_test(test_a_jump_shows_at_its_frame),
       cmocka_unit_test(test_a_jump_shows_among_few),
+      cmocka_unit_test(test_a_frame_that_shows_less_is_no_jump),
       cmocka_unit_test(test_no_jump_without_a_frame_before),
       cmocka_unit_test(test_no_jump_out_of_the_dark),
   };
