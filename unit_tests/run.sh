@@ -12,16 +12,16 @@ one() {
   else
     told=$(cat "$1.log")
   fi
-  printf '%s\n%s\n' "${1#"$folder"/}" "$told"
+  printf '%s\n%s\n' "${1#build/}" "$told"
 }
-# As many at a time as there are processors; what one says stays together.
+# One more at a time than there are processors, since some wait for others; what one says stays together.
 for test in "$@"; do
-  while [ "$(jobs -rp | wc -l)" -ge "$(nproc)" ]; do wait -n; done
+  while [ "$(jobs -rp | wc -l)" -gt "$(nproc)" ]; do wait -n; done
   one "$test" &
 done
 wait
 failed=
-for test in "$@"; do [ ! -e "$test.failed" ] || failed+=" ${test#"$folder"/}"; done
+for test in "$@"; do [ ! -e "$test.failed" ] || failed+=" ${test#build/}"; done
 fails=$folder/failing/fails
 if ! run "$fails" && grep -qaE '2 test\(s\) run' "$fails.log"; then
   echo 'a test that fails: seen to fail'
