@@ -9,6 +9,7 @@
 #include "ground_tools/detect/shadow_fields.hpp"
 #include "ground_tools/scratch.hpp"
 #include "support/cmocka.hpp"
+#include "support/sanitized.hpp"
 
 using namespace cairn;
 using namespace cairn::ground;
@@ -61,11 +62,13 @@ void test_small_boulders_are_where_and_what_they_are(void**) {
       all.towards_px += one.towards_px;
       all.log_size += one.log_size;
       all.entries += one.entries;
+      if (test::kSanitized) break;
     }
     const double shift_px = all.towards_px / all.entries;
     const double size = std::exp(all.log_size / all.entries);
     print_message("sun %.0f: %d boulders, %+.2f px towards the sun, diameters times %.2f\n", elevation_deg,
                   all.entries, shift_px, size);
+    if (test::kSanitized) return;
     assert_at_least(all.entries, 60);
     assert_at_most(std::fabs(shift_px), 0.2);
     assert_at_most(std::fabs(size - 1.0), 0.15);
