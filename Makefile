@@ -159,7 +159,7 @@ paper: ## the paper's evaluation: 100 m, 7 map resolutions (SEEDS='1 2 ...' METH
 	@$(CAIRN) table $(PAPER_ALL) -o $(PAPER)/table.csv
 	@$(CAIRN) report $(PAPER_RUNS:%=$(PAPER)/$(firstword $(SEEDS))/%) -o $(PAPER)/report.html
 
-hirise: ## a mast rig over maps of 25 cm a pixel, VO as it is and worsened (SEEDS='1 2 ...'): table, report
+hirise: ## a mast rig over maps of 25 cm a pixel, VO as it is and worsened (SEEDS='1 2 ...' K=0.15): table, report
 	@+$(MAKE) deps-build && $(MAKE) $(jobs) TARGET=host MISSION=mast SAN= build/host-mast/cairn
 	@printf 'Rendering sites and drives: %s\n' '$(SEEDS:%=$(HIRISE)/%)'
 	@+$(MAKE) $(SEEDS:%=$(HIRISE)/%/data/.rendered)
@@ -573,7 +573,8 @@ endef
 $(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
 
 # ---- maps of coarse pixels: the mast mission, whatever MISSION is ----------------------------------------------------
-HIRISE       := build/hirise
+K            ?=
+HIRISE       := build/hirise$(K:%=-%)
 HIRISE_CAIRN := build/host-mast/cairn
 HIRISE_SCENE := mission_cfg/scenes/mast_hirise.toml
 HIRISE_ALL   := $(foreach seed,$(SEEDS),$(HIRISE)/$(seed)/as_it_is $(HIRISE)/$(seed)/degraded)
@@ -582,7 +583,8 @@ HIRISE_DRIVE  = $(HIRISE_CAIRN) run --dataset $(HIRISE)/$(1)/data --map $$< --or
 
 $(HIRISE)/%/data/.rendered:
 	@mkdir -p $(@D)
-	@$(HIRISE_CAIRN) sim $(HIRISE_SCENE) --set seed=$* -o $(@D) --ortho 0.25 --ortho-samples 4
+	@$(HIRISE_CAIRN) sim $(HIRISE_SCENE) --set seed=$* $(K:%=--set rocks.k=%) -o $(@D) --ortho 0.25 \
+	  --ortho-samples 4
 	@touch $@
 define hirise_rules
 $(HIRISE)/$(1)/map.cmap: $(HIRISE)/$(1)/data/.rendered
