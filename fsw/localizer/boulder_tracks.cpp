@@ -134,7 +134,7 @@ void BoulderTracks::weigh_jump() {
 }
 
 double BoulderTracks::together() const {
-  const double r = scatter_ / (scatter_pairs_ + kPriorPairs);
+  const double r = (scatter_ + kTogether * kPriorPairs) / (scatter_pairs_ + kPriorPairs);
   return r > kMostTogether ? kMostTogether : positive(r);
 }
 

@@ -103,7 +103,8 @@ class BoulderTracks {
   static constexpr double kLeastShared = 20.0;  ///< sightings that the share is taken from
   static constexpr double kShareKept = 0.9;     ///< of their weight, a frame
   static constexpr double kScatterKept = 0.98;  ///< likewise, of how the share scatters
-  static constexpr double kPriorPairs = 200.0;  ///< with which it is taken to scatter as at random
+  static constexpr double kTogether = 0.05;     ///< r until it is measured: on the rockiest ground
+  static constexpr double kPriorPairs = 200.0;  ///< what that is worth
   static constexpr double kMostTogether = 0.2;
   static constexpr std::uint32_t kSuspected = 2;
   static constexpr std::uint32_t kAges = 64;  ///< frames unseen that are told apart
