@@ -772,14 +772,15 @@ FixStatus Localizer::take_map_fix() {
   fix_.chance_log = result.verdict.chance_log;
   fix_.hypotheses += result.hypotheses;
   if (status == FixStatus::kApplied) {
-    const Mat3 bend = by_landmarks() ? fusion_.bend(result.far_m) : Mat3(Mat3::Zero());
-    const FixOffset offset{result.offset + start_of_stage(), result.covariance + bend};
-    const FixOffset fresh{result.fresh_offset + start_of_stage(), result.fresh_covariance + bend};
-    const FusionResult r = fix_.lost           ? fusion_.relocate(offset)
-                           : trust_.unproven() ? fusion_.prove(offset)
-                           : by_landmarks()
-                               ? fusion_.update(fresh, 1.0)
-                               : fusion_.update(offset, fresh_share(map_fix_.local(), applied_created_));
+    const bool start = fix_.lost || trust_.unproven();
+    const bool fresh_alone = by_landmarks() && !start;
+    FixOffset told{start_of_stage() + (fresh_alone ? result.fresh_offset : result.offset),
+                   fresh_alone ? result.fresh_covariance : result.covariance};
+    if (by_landmarks()) told.covariance += fusion_.bend(result.far_m);
+    const double fresh = fresh_alone ? 1.0 : fresh_share(map_fix_.local(), applied_created_);
+    const FusionResult r = fix_.lost ? fusion_.relocate(told)
+                           : start   ? fusion_.prove(told)
+                                     : fusion_.update(told, fresh);
     fix_.chi2 = r.chi2;
     if (r.status == FusionStatus::kFused) {
       turn_about(fix_pivot_map_m_, r.at_snapshot);
