@@ -4,6 +4,7 @@
 namespace cairn {
 
 constexpr double square(double v) { return v * v; }
+constexpr double positive(double v) { return v > 0.0 ? v : 0.0; }  ///< or 0
 
 /// v, no further from zero than `limit` (at least 0).
 constexpr double clamped(double v, double limit) { return v > limit ? limit : (v < -limit ? -limit : v); }

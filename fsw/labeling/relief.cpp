@@ -2,11 +2,12 @@
 
 #include <cmath>
 
+#include "core/arithmetic.hpp"
+
 namespace cairn {
 namespace {
 
 constexpr int kGroundIterations = 8;
-double positive(double v) { return v > 0.0 ? v : 0.0; }
 
 constexpr double kFarthest_m = 1.0e5;         // of a point from the site's origin
 constexpr std::uint32_t kOffset = 1U << 28U;  // cells: makes all indices positive

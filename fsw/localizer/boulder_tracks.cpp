@@ -4,9 +4,6 @@
 #include "core/exp_log.hpp"
 
 namespace cairn {
-namespace {
-double positive(double v) { return v > 0.0 ? v : 0.0; }
-}  // namespace
 
 double fresh_share(const LocalMap& local, std::uint32_t created) {
   if (local.empty()) return 1.0;
