@@ -741,5 +741,6 @@ $(B)/tidy/%.ok: $(B)/%.room.cpp .clang-tidy $(TIDY_HEADERS) $$(wildcard $$*/*.cp
 -include $(shell find $(B) build/fuzz -name '*.d' 2>/dev/null)
 # A goal is one that help lists.
 .PHONY: $(shell sed -n 's/^\([a-z-]*\):.*## .*/\1/p' Makefile) $(CHECKS) run-tests host-cairn FORCE
+.PHONY: $(TARGETS:%=same-bits-on-%)
 .SECONDARY:
 .DELETE_ON_ERROR:
