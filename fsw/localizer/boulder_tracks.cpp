@@ -22,9 +22,11 @@ void BoulderTracks::init(const TrackParams& params) {
   next_id_ = dropped_ = 0;
   there_ = again_ = placed_ = known_ = suspected_ = 0;
   shared_ = shared_again_ = scatter_ = scatter_pairs_ = jump_log_ = 0.0;
+  asked_nats_ = params.jump_nats;
+  inliers_ = inlier_frames_ = 0.0;
 }
 
-void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame) {
+void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame, int inliers) {
   sightings_ = &sightings;
   there_ = again_ = placed_ = 0;
   for (const Track& t : tracks_) there_ += t.last_frame == frame_ && frame - frame_ == 1 ? 1U : 0U;
@@ -33,8 +35,18 @@ void BoulderTracks::start(const BoulderSightings& sightings, std::uint32_t frame
     known_ = next_id_;
     jump_log_ = 0.0;
   }
+  weigh_odometry(inliers);
   cursor_ = 0;
   phase_ = Phase::kVoted;
+}
+
+void BoulderTracks::weigh_odometry(int inliers) {
+  const bool as_ever =
+      inlier_frames_ >= 1.0 && static_cast<double>(inliers) * inlier_frames_ >= kAsEver * inliers_;
+  asked_nats_ = (as_ever ? kAgainst : 1.0) * params_.jump_nats;
+  if (inliers == 0) return;
+  inliers_ = kShareKept * inliers_ + static_cast<double>(inliers);
+  inlier_frames_ = kShareKept * inlier_frames_ + 1.0;
 }
 
 Progress BoulderTracks::step(WorkBudget& budget) {
@@ -120,7 +132,7 @@ void BoulderTracks::weigh_jump() {
     jump_log_ += log / (1.0 + positive(n - 1.0) * together());
   }
   if (jumped()) return;  // tells nothing of the share
-  if (jump_log_ > 0.5 * params_.jump_nats && before < kSuspected) suspected_ = before + 1;
+  if (jump_log_ > 0.5 * asked_nats_ && before < kSuspected) suspected_ = before + 1;
   if (before > 0) return;  // boulders that came into view since are no misses
   if (measured) {
     scatter_ = kScatterKept * scatter_ + square(again - n * q) / (n * q * (1.0 - q)) - 1.0;

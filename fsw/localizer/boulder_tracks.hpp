@@ -23,6 +23,8 @@
 /// boulders in view can't say enough at once: where it is more than half of what is asked, up to kSuspected
 /// frames after it add theirs, of sightings on tracks that are older than the first of them. What was
 /// overlooked is there again; after a motion that was missed it isn't. Sightings without room don't count.
+/// Odometry has a say as well: after a motion that it missed its matches are few. Where a frame has kAsEver
+/// of the inliers of those before, kAgainst times as much is asked.
 ///
 /// Source: the last factor is the design effect of a sample in clusters (Kish 1965, chapter 5).
 #pragma once
@@ -64,8 +66,8 @@ class BoulderTracks {
   }
   void init(const TrackParams& params);
   /// Takes in the sightings (borrowed until done) of frame number `frame` (rising), and forgets tracks that
-  /// left the window.
-  void start(const BoulderSightings& sightings, std::uint32_t frame);
+  /// left the window. `inliers`: of odometry's motion to this frame; 0: not known.
+  void start(const BoulderSightings& sightings, std::uint32_t frame, int inliers = 0);
   /// Unit: what the votes name, room made for them, or the nearest track of one sighting.
   Progress step(WorkBudget& budget);
   /// Ends an unfinished frame: what was not taken in is lost, and so are votes for it.
@@ -83,7 +85,7 @@ class BoulderTracks {
   /// What the last frame says, once taken in, with those suspected before it; 0 where the frame before was
   /// not, or there is no share yet.
   double jump_log() const { return jump_log_; }
-  bool jumped() const { return jump_log_ > params_.jump_nats; }
+  bool jumped() const { return jump_log_ > asked_nats_; }
   std::uint32_t dropped() const { return dropped_; }  ///< sightings without room for a track
   std::uint32_t created() const { return next_id_; }
 
@@ -107,6 +109,8 @@ class BoulderTracks {
   static constexpr double kPriorPairs = 200.0;  ///< what that is worth
   static constexpr double kMostTogether = 0.2;
   static constexpr std::uint32_t kSuspected = 2;
+  static constexpr double kAsEver = 0.75;
+  static constexpr double kAgainst = 2.0;
   static constexpr std::uint32_t kAges = 64;  ///< frames unseen that are told apart
   enum class Phase : std::uint8_t { kVoted, kRoom, kNearest, kDone };
 
@@ -125,6 +129,7 @@ class BoulderTracks {
   void take_voted();
   void take_nearest(std::size_t sighting);
   void weigh_jump();
+  void weigh_odometry(int inliers);
   double together() const;                      ///< r
   std::uint32_t merge_into(std::size_t track);  ///< returns how many
   void remove(std::size_t index);
@@ -152,6 +157,9 @@ class BoulderTracks {
   double scatter_ = 0.0;  ///< variance of the share over that at random, less one: sum, fading, ...
   double scatter_pairs_ = 0.0;
   double jump_log_ = 0.0;
+  double asked_nats_ = 0.0;  ///< of it, for a jump
+  double inliers_ = 0.0;     ///< of the frames before: sum, fading, ...
+  double inlier_frames_ = 0.0;
 };
 
 }  // namespace cairn

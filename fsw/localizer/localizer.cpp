@@ -455,7 +455,8 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
     ++health_.boulders[static_cast<std::size_t>(observer_.status())];
     laid_ = 0;
     if (observer_.status() == ObserveStatus::kBoulders) {
-      tracks_.start(observer_.result(), health_.frames);
+      tracks_.start(observer_.result(), health_.frames,
+                    pose_source_ == PoseSource::kVo ? vo_.result().inliers : 0);
       stage_ = FrameStage::kTracking;
     } else {
       stage_ = cfg::kHaveLandmarks ? FrameStage::kRelief : FrameStage::kDone;

@@ -14,8 +14,8 @@ BoulderTracks tracks;
 LocalMap map;
 BoulderSightings seen;
 
-void take_in(BoulderTracks& job, const BoulderSightings& sightings, std::uint32_t frame) {
-  job.start(sightings, frame);
+void take_in(BoulderTracks& job, const BoulderSightings& sightings, std::uint32_t frame, int inliers = 0) {
+  job.start(sightings, frame, inliers);
   WorkBudget all = WorkBudget::unlimited();
   assert_status(job.step(all), Progress::kDone);
 }
@@ -492,6 +492,7 @@ struct Strip {
   Random random;
   std::vector<At> boulders;
   double astray = 0.0;  ///< share of the sightings that lie anywhere within half a metre
+  int inliers = 0;      ///< of odometry
   double uniform() { return random.next() / 4294967296.0; }
   explicit Strip(std::uint32_t seed = 7, std::size_t count = 500) : random{seed}, boulders(count) {
     for (At& b : boulders) b = {60.0 * uniform(), 4.0 * uniform()};
@@ -508,7 +509,7 @@ struct Strip {
       s.diameter_m = 0.2F;
       if (!seen.push_back(s)) break;
     }
-    take_in(tracks, seen, frame);
+    take_in(tracks, seen, frame, inliers);
   }
 };
 
@@ -573,6 +574,37 @@ void test_a_frame_that_is_cut_otherwise_is_no_jump(void**) {
     told += seen_to_jump ? 1 : 0;
   }
   assert_at_least(told, 95);
+}
+
+/// Two pictures in a row that are cut otherwise look like a jump, and are taken for one where odometry lost
+/// its matches as well. Where it has as many as ever they are not; a jump of all that is in view is.
+void test_odometry_that_sees_as_ever_speaks_against_a_jump(void**) {
+  struct Case {
+    int inliers;
+    bool all;
+    int least;
+    int most;
+  };
+  for (const auto& [inliers, all, least, most] :
+       {Case{100, false, 40, 100}, Case{280, false, 0, 10}, Case{280, true, 95, 100}}) {
+    int told = 0;
+    for (std::uint32_t seed = 1; seed <= 100; ++seed) {
+      Strip strip(seed, 500);
+      tracks.init(show_all());
+      for (std::uint32_t frame = 1; frame <= 302; ++frame) {
+        const bool odd = frame > 300;
+        strip.inliers = odd ? inliers : 300;
+        strip.astray = odd && !all ? 0.75 : 0.2;
+        strip.look(frame, 0.95, odd && all ? Vec2(0.7, 0.7) : Vec2(0.0, 0.0));
+        if (!tracks.jumped()) continue;
+        assert_true(odd);
+        ++told;
+        break;
+      }
+    }
+    assert_at_least(told, least);
+    assert_at_most(told, most);
+  }
 }
 
 /// Nothing is said where nothing was in view the frame before, or nothing is known of the share.
@@ -642,6 +674,7 @@ int main() {
       cmocka_unit_test(test_a_jump_shows_at_its_frame),
       cmocka_unit_test(test_a_jump_shows_among_few),
       cmocka_unit_test(test_a_frame_that_is_cut_otherwise_is_no_jump),
+      cmocka_unit_test(test_odometry_that_sees_as_ever_speaks_against_a_jump),
       cmocka_unit_test(test_no_jump_without_a_frame_before),
       cmocka_unit_test(test_no_jump_out_of_the_dark),
   };
