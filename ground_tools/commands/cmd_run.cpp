@@ -238,7 +238,7 @@ void run(RunOptions options) {
   print_table(replay, errors);
   fmt::print("written: {}\n", results.names());
   const MotionCounts motion = motion_counts(replay);
-  const std::string doubt = motion.measured > 0 ? truth_words(errors, replay) : std::string();
+  const std::string doubt = motion.measured > 0 ? truth_words(errors) : std::string();
   if (!doubt.empty()) warn(doubt);
   if (motion.unmeasured() == 0) return;
   const std::string cause =

@@ -50,16 +50,24 @@ const StampedPose* find_stamp(const Trajectory& trajectory, double stamp_s, doub
 std::optional<TrajectoryErrors> compare(const Trajectory& estimate, const Trajectory& truth) {
   TrajectoryErrors errors;
   const StampedPose* before = nullptr;
+  Vec3 estimated_start_m = Vec3(0.0, 0.0, 0.0), estimated_before_m = Vec3(0.0, 0.0, 0.0);
   double sum_xy = 0.0;
   for (const StampedPose& at : estimate) {
     const StampedPose* const truly = find_stamp(truth, at.stamp_s);
     if (truly == nullptr) continue;
-    if (before != nullptr) errors.path_m += (truly->pose.t - before->pose.t).norm();
+    if (before != nullptr) {
+      errors.path_m += (truly->pose.t - before->pose.t).norm();
+      errors.estimated_path_m += (at.pose.t - estimated_before_m).norm();
+    } else {
+      estimated_start_m = at.pose.t;
+    }
     before = truly;
+    estimated_before_m = at.pose.t;
 
     PoseError error;
     error.stamp_s = at.stamp_s;
     error.distance_m = errors.path_m;
+    error.estimated_away_m = (at.pose.t - estimated_start_m).norm();
     error.position_map_m = at.pose.t - truly->pose.t;
     error.xy_m = error.position_map_m.head<2>().norm();
     error.xyz_m = error.position_map_m.norm();

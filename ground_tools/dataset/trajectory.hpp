@@ -29,7 +29,8 @@ const StampedPose* find_stamp(const Trajectory& trajectory, double stamp_s, doub
 /// Error of one pose. Position errors are estimated minus true, in the map frame.
 struct PoseError {
   double stamp_s = 0.0;
-  double distance_m = 0.0;  ///< along the true path since the first compared pose
+  double distance_m = 0.0;        ///< along the true path since the first compared pose
+  double estimated_away_m = 0.0;  ///< of the estimate from the first compared one
   Vec3 position_map_m = Vec3(0.0, 0.0, 0.0);
   double xy_m = 0.0;
   double xyz_m = 0.0;
@@ -38,10 +39,11 @@ struct PoseError {
 };
 
 struct TrajectoryErrors {
-  std::vector<PoseError> poses;  ///< one for each estimate that has a true pose; never empty
-  double path_m = 0.0;           ///< length of the true path over the compared poses
-  PoseError end;                 ///< of the last compared pose
-  PoseError largest_xy;          ///< the compared pose with the largest xy error (the first of equals)
+  std::vector<PoseError> poses;   ///< one for each estimate that has a true pose; never empty
+  double path_m = 0.0;            ///< length of the true path over the compared poses
+  double estimated_path_m = 0.0;  ///< of the estimate's over the same
+  PoseError end;                  ///< of the last compared pose
+  PoseError largest_xy;           ///< the compared pose with the largest xy error (the first of equals)
   double rms_xy_m = 0.0;
 
   /// An error as a share of the path; 0 where the path has no length.

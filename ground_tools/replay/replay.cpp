@@ -1,5 +1,7 @@
 #include "replay/replay.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -97,14 +99,6 @@ void append_pairs(const Localizer& localizer, std::uint32_t frame, std::vector<F
   }
 }
 
-Pose3 start_pose(const Drive& drive, const ReplayOptions& options, const StereoRig& rig) {
-  if (options.T_map_rover) return *options.T_map_rover;
-  if (const auto rover = drive.truth_rover(options.first_frame)) return *rover;
-  if (const auto cam = drive.truth_cam(options.first_frame)) return *cam * rig.T_rover_cam.inverse();
-  if (options.map.empty()) return Pose3();
-  throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw", drive.name());
-}
-
 void check_frames(const Drive& drive, const AttitudeTable& attitudes) {
   AttitudeTable rest = attitudes;
   for (std::size_t i = 0; i < drive.size(); ++i) rest.erase(static_cast<std::uint32_t>(drive.tag(i).number));
@@ -119,23 +113,11 @@ host::Picture picture_of(Image& image, Replay& replay) {
   return {image.width, image.height, std::move(image.pixels)};
 }
 
-}  // namespace
-
-StereoRig rig_of(const Drive& drive) {
-  StereoRig rig = drive.rig();
-  rig.T_rover_cam =
-      mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
-  return rig;
-}
-
-Replay run_replay(const Drive& drive, const ReplayOptions& options,
-                  const std::function<void(double)>& progress) {
+/// From a start that is known.
+Replay replay_from(const Pose3& T_map_rover, const Drive& drive, const ReplayOptions& options,
+                   const std::function<void(double)>& progress) {
   const StereoRig rig = rig_of(drive);
   const std::size_t end = std::min(options.end_frame, drive.size());
-  if (options.first_frame >= end) {
-    throw ToolError("{}: has {} frames; --frames must give a range within 0:{}", drive.name(), drive.size(),
-                    drive.size());
-  }
   if (rig.width_px > cfg::kImageWidth || rig.height_px > cfg::kImageHeight) {
     throw ToolError(
         "{}: images of {} x {} are larger than the {} x {} of mission '{}'; build with another MISSION",
@@ -151,7 +133,7 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
   }
   app::Command start;
   start.type = app::CommandType::kSetStart;
-  start.pose = start_pose(drive, options, rig);
+  start.pose = T_map_rover;
   start.number[0] = options.start_sigma_xy_m;
   start.number[1] = options.start_sigma_yaw_rad;
   command(start);
@@ -223,6 +205,61 @@ Replay run_replay(const Drive& drive, const ReplayOptions& options,
   for (int k = 0; k < 4; ++k)
     replay.angles[static_cast<std::size_t>(k)] = app::root.localizer().vo().rectification().angles()[k];
   replay.executive = app::root.executive().counts();
+  return replay;
+}
+
+/// The first frame of the range whose camera's true pose is known; nothing where none is.
+std::optional<std::size_t> first_true_frame(const Drive& drive, const ReplayOptions& options) {
+  for (std::size_t i = options.first_frame; i < std::min(options.end_frame, drive.size()); ++i) {
+    if (drive.truth_cam(i)) return i;
+  }
+  return std::nullopt;
+}
+
+/// Where the drive has to begin for VO to be at the truth in the first frame that has one: it is driven so
+/// far from the origin.
+Pose3 start_before_truth(const Drive& drive, const ReplayOptions& options, std::size_t first_true) {
+  ReplayOptions rehearsal = options;
+  rehearsal.end_frame = first_true + 1;
+  rehearsal.watch = {};
+  const Replay replay = replay_from(Pose3(), drive, rehearsal, {});
+  if (replay.vo.empty()) return Pose3();
+  return *drive.truth_cam(first_true) * replay.vo.back().pose.inverse();
+}
+
+}  // namespace
+
+StereoRig rig_of(const Drive& drive) {
+  StereoRig rig = drive.rig();
+  rig.T_rover_cam =
+      mast_pose(cfg::kMission.camera_height_m, cfg::kMission.camera_pitch_down_rad, rig.baseline_m);
+  return rig;
+}
+
+Replay run_replay(const Drive& drive, const ReplayOptions& options,
+                  const std::function<void(double)>& progress) {
+  if (options.first_frame >= std::min(options.end_frame, drive.size())) {
+    throw ToolError("{}: has {} frames; --frames must give a range within 0:{}", drive.name(), drive.size(),
+                    drive.size());
+  }
+  const std::size_t first = options.first_frame;
+  if (options.T_map_rover) return replay_from(*options.T_map_rover, drive, options, progress);
+  if (const auto rover = drive.truth_rover(first)) return replay_from(*rover, drive, options, progress);
+  const std::optional<std::size_t> first_true = first_true_frame(drive, options);
+  if (first_true == first) {
+    const Pose3 T_cam_rover = rig_of(drive).T_rover_cam.inverse();
+    return replay_from(*drive.truth_cam(first) * T_cam_rover, drive, options, progress);
+  }
+  if (!options.map.empty()) {
+    throw ToolError("{}: has no truth to start from; give --start x,y,z,roll,pitch,yaw{}", drive.name(),
+                    first_true ? fmt::format(", or --frames {}: where it begins", *first_true) : "");
+  }
+  if (!first_true) return replay_from(Pose3(), drive, options, progress);
+  const Pose3 start = start_before_truth(drive, options, *first_true);
+  Replay replay = replay_from(start, drive, options, progress);
+  replay.warnings.push_back(
+      fmt::format("{}: the truth begins at frame {}; VO is laid on it there, and errors are of what follows",
+                  drive.name(), drive.tag(*first_true).number));
   return replay;
 }
 

@@ -35,8 +35,9 @@ struct FixPair {
 
 struct ReplayOptions {
   LocalizerParams params;
-  std::vector<std::uint8_t> map;      ///< `.cmap` bytes; empty: VO alone
-  std::optional<Pose3> T_map_rover;   ///< start; without it the drive's truth
+  std::vector<std::uint8_t> map;  ///< `.cmap` bytes; empty: VO alone
+  /// Start; without it the drive's truth. VO alone begins so that it meets a truth which begins later.
+  std::optional<Pose3> T_map_rover;
   double start_sigma_xy_m = 0.05;     ///< what the start is uncertain by, each of x and y; and ...
   double start_sigma_yaw_rad = 0.01;  ///< ... its yaw. From Localizer::kUnknownStart_m on: lost
   StepTrim trim;                      ///< worsens the VO steps (--degrade)

@@ -132,25 +132,25 @@ std::string heights_words(const LocalizerHealth& health) {
                      count(AttitudeStatus::kInconsistent));
 }
 
-std::string truth_words(const RunErrors& errors, const Replay& replay) {
+std::string truth_words(const RunErrors& errors) {
   constexpr double kLeastPath_m = 0.3, kMostScale = 1.25, kMostOff = 0.25;
-  if (!errors.vo || errors.vo->poses.size() != replay.vo.size() || errors.vo->path_m < kLeastPath_m)
-    return {};
-  double path_m = 0.0;
-  for (std::size_t i = 1; i < replay.vo.size(); ++i)
-    path_m += (replay.vo[i].pose.t - replay.vo[i - 1].pose.t).norm();
-  const double ratio = path_m / errors.vo->path_m;
+  if (!errors.vo) return {};
+  const TrajectoryErrors& vo = *errors.vo;
+  double away_m = 0.0;  // of the estimate from the start: jitter is no path
+  for (const PoseError& e : vo.poses) away_m = std::max(away_m, e.estimated_away_m);
+  if (std::max(vo.path_m, away_m) < kLeastPath_m) return {};
+  const double ratio = vo.estimated_path_m / vo.path_m;
   if (ratio > kMostScale || ratio < 1.0 / kMostScale) {
     return fmt::format(
-        "VO's path is {:.2f} m, the true one {:.2f} m; are baseline and focal length those of these images, and "
-        "is the truth in metres?",
-        path_m, errors.vo->path_m);
+        "VO's path is {:.2f} m, the true one {:.4g} m{}; are baseline and focal length those of these images, and "
+        "is the truth in metres, and of this drive?",
+        vo.estimated_path_m, vo.path_m, vo.path_m == 0.0 ? " (it never moves)" : "");
   }
-  if (errors.vo->end.xyz_m < kMostOff * errors.vo->path_m) return {};
+  if (vo.end.xyz_m < kMostOff * vo.path_m) return {};
   return fmt::format(
       "VO ends {:.2f} m off the truth after {:.2f} m; is the truth that of the left camera (T_map_cam, or KITTI's "
       "axes), and of these frames?",
-      errors.vo->end.xyz_m, errors.vo->path_m);
+      vo.end.xyz_m, vo.path_m);
 }
 
 ordered_json summary_json(const RunTitle& title, const Replay& replay, const RunErrors& errors) {
@@ -253,8 +253,9 @@ void print_table(const Replay& replay, const RunErrors& errors) {
   row("end, x and y", vo->end.xy_m, corrected->end.xy_m, "m");
   row("largest, x and y", vo->largest_xy.xy_m, corrected->largest_xy.xy_m, "m");
   row("end, 3D", vo->end.xyz_m, corrected->end.xyz_m, "m");
-  row("end, 3D share of path", vo->percent_of_path(vo->end.xyz_m),
-      corrected->percent_of_path(corrected->end.xyz_m), "%");
+  if (vo->path_m > 0.0)
+    row("end, 3D share of path", vo->percent_of_path(vo->end.xyz_m),
+        corrected->percent_of_path(corrected->end.xyz_m), "%");
   row("end, yaw", vo->end.yaw_deg, corrected->end.yaw_deg, "degrees");
   row("end, whole rotation", vo->end.rotation_deg, corrected->end.rotation_deg, "degrees");
 }

@@ -63,8 +63,9 @@ std::string rig_words(const Replay& replay);
 std::string heights_words(const LocalizerHealth& health);
 
 /// Where VO and truth can hardly be of the same drive, a line that says so and what to look at; else empty:
-/// on 0.3 m or more, VO's path is longer or shorter by a quarter or more, or ends a quarter of it off.
-std::string truth_words(const RunErrors& errors, const Replay& replay);
+/// on 0.3 m or more, VO's path is longer or shorter by a quarter or more, or ends a quarter of it off. Both
+/// are taken over the frames that have truth.
+std::string truth_words(const RunErrors& errors);
 
 nlohmann::ordered_json summary_json(const RunTitle& title, const Replay& replay, const RunErrors& errors);
 

@@ -147,21 +147,35 @@ void test_what_images_say_is_told(void**) {
 
 void test_truth_of_another_drive_is_told(void**) {
   make_drive("scale", 0, false, 8);
-  const auto told = [](double x_m, double y_m, const char* words) {
+  const auto told = [](double x_m, double y_m, const char* words, int first = 0, int end = 8) {
     std::string truth;
-    for (int i = 0; i < 8; ++i) {
+    for (int i = first; i < end; ++i) {
       truth += std::to_string(i) + " " + std::to_string(x_m * i) + " " + std::to_string(y_m * i) +
                " 0 -0.638224 0.638224 -0.304417 0.304417\n";
     }
     scratch.file("scale/truth_left_camera.tum", truth);
     assert_int_equal(cairn("run" + set("scale") + out() + " --no-map"), 0);
     if (errors.find(words) == std::string::npos) fail_msg("no '%s' in '%s'", words, errors.c_str());
+    const nlohmann::json summary = nlohmann::json::parse(read_file(scratch.path("out/summary.json")));
     fs::remove_all(scratch.path("out"));
+    return summary;
   };
-  told(0.5, 0.0, "the true one 3.50 m; are baseline");
-  told(0.0, 0.05, "off the truth after 0.35 m; is the truth that of the left camera");
-  told(0.05, 0.0, "");
+  static_cast<void>(told(0.5, 0.0, "the true one 3.5 m; are baseline"));
+  static_cast<void>(told(0.5, 0.0, "the true one 3 m; are baseline", 0, 7));
+  static_cast<void>(told(0.0, 0.0, "the true one 0 m (it never moves); are baseline"));
+  static_cast<void>(told(0.0, 0.05, "off the truth after 0.35 m; is the truth that of the left camera"));
+  static_cast<void>(
+      told(0.0, 0.05, "off the truth after 0.30 m; is the truth that of the left camera", 0, 7));
+  static_cast<void>(told(0.05, 0.0, ""));
   assert_true(errors.empty());
+  // Truth that begins later, of a camera that looks east as the drive from the origin does not: no error.
+  const nlohmann::json late = told(0.05, 0.0, "the truth begins at frame 3", 3);
+  assert_true(errors.find("off the truth") == std::string::npos);
+  assert_true(late.at("vo").at("end_3d_m").get<double>() < 0.01);
+  assert_true(late.at("vo").at("end_rotation_deg").get<double>() < 0.5);
+  assert_int_equal(cairn("run" + set("scale") + out() + map_at("good.cmap")), 1);
+  assert_true(errors.find("no truth to start from; give --start") != std::string::npos);
+  assert_true(errors.find("--frames 3: where it begins") != std::string::npos);
 }
 
 // A calibration from elsewhere takes the place of the data set's own.
