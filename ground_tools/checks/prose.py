@@ -4,6 +4,7 @@
   link    every link to a file or a heading of the repository leads somewhere; so does every `doc/...` that code names;
   file    every file of the repository that stands between backquotes exists (`localizer/localizer.hpp` is fsw's);
   goal    every `make goal` is a goal of a Makefile;
+  table   every table has its rule of dashes below its first row: a blank line in it makes two, one without;
   cell    no cell of a table has more than CELL_WORDS words (the ICD aside, whose rows are its fields).
 
 usage: prose.py [ROOT]       check the tree at ROOT (default: the working folder)
@@ -27,6 +28,7 @@ FILE = re.compile(r"[\w.-]+(?:/[\w.-]+)+\.(?:hpp|cpp|h|c|S|s|ld|mk|py|sh|js|css|
 DOC_FILE = re.compile(r"(?<![\w/.-])doc/[\w/.-]*\w")
 MAKE = re.compile(r"(?:^|[\s`(&;])make((?:\s+[A-Z_0-9]+=(?:'[^']*'|\S+))*)((?:\s+[a-z][a-z-]*)*)(?=$|[\s`,;:.)])")
 GOAL = re.compile(r"^([\w.-]+(?: [\w.-]+)*)\s*:(?!=)", re.MULTILINE)
+RULE = re.compile(r"\|(\s*:?-+:?\s*\|)+$")
 MADE = re.compile(r"check-")  # goals that the Makefile makes from lists
 
 
@@ -99,7 +101,11 @@ class Tree:
         return None if beside in self.names else f"no {name}"
 
     def faults_of_page(self, page):
+        rows = 0  # of the table so far
         for number, line, fenced in lines_of(self.read(page)):
+            rows = rows + 1 if not fenced and line.startswith("|") else 0
+            if rows == 2 and not RULE.match(line.rstrip()):
+                yield number, "a table without a rule below its first row"
             code = [line] if fenced else SPAN.findall(line)
             if not fenced:
                 for found in LINK.findall(SPAN.sub("", line)):
@@ -164,6 +170,8 @@ def self_test():
         "`make bad`": "no goal 'bad'",
         "```\nmake A=b bad  # comment\n```": "no goal 'bad'",
         "```\nmake good   # make bad jokes\n```": None,
+        "| a | b |\n|---|:-:|\n| c | d |": None,
+        "| a | b |\n|---|---|\n\n| c | d |\n| e | f |": "without a rule",
         f"| {'a ' * 15}| b |": None,
         f"| {'a ' * 16}| b |": "16 words",
         f"```\n| {'a ' * 16}| b |\n```": None,
