@@ -1,4 +1,4 @@
-/// CRC-32 of maps, packets and checkpoints: polynomial 0x04C11DB7 reflected (0xEDB88320), initial value and
+/// CRC-32 of maps, packets and tables: polynomial 0x04C11DB7 reflected (0xEDB88320), initial value and
 /// final exclusive-or 0xFFFFFFFF, bits reflected (ISO-HDLC, as in zlib and PNG).
 /// crc32("123456789") = 0xCBF43926.
 #pragma once

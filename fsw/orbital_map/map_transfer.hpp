@@ -16,9 +16,9 @@
 /// hold `chunk_bytes` bytes of data. A chunk has a CRC of its own, beside that of the packet it comes in: it
 /// may be stored and carried in other ways, and what is written to the bank was checked last.
 ///
-/// What must survive a reset is `record()`: plain data without pointers, which the owner may store and give
-/// to `resume` with the bank that still holds the bytes. A verification that was under way begins again; it
-/// reads the upload from the bank, and never changes it there.
+/// What must survive a reset is `record()`: plain data without pointers, which an owner may store and give
+/// to `resume` with the bank that still holds the bytes (FlightApp does not: doc/adr/0007-two-map-banks.md).
+/// A verification that was under way begins again; it reads the upload in the bank and never changes it.
 #pragma once
 
 #include <array>
