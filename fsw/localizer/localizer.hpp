@@ -147,11 +147,11 @@ enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
   kNoMap,            ///< no usable orbital map
   kNoMapBoulders,    ///< none near the rover
   kNoLocalBoulders,  ///< nothing to register
-  kTooFewPairs,
-  kWeakGeometry,
-  kIterationLimit,
-  kBeyondLimit,
-  kBadInput,
+  kTooFewPairs,      ///< the paper's ICP alone
+  kWeakGeometry,     ///< proved, and too uncertain to weigh; or the paper's pairs lie too close for a yaw
+  kIterationLimit,   ///< the paper's ICP went on moving
+  kBeyondLimit,      ///< the paper's ICP moved the pose farther than its parameters let it
+  kBadInput,         ///< not finite, or out of its range
   kLate,          ///< the paper's ICP did not finish in its time, or the map was changed
   kInconsistent,  ///< farther off than sigma allows (pose_fusion.hpp), or boulders in view do not agree where
                   ///< those before do

@@ -1,5 +1,5 @@
 /// Where in the map is a rover that does not know? A job: the local map of ground boulders is looked for in a
-/// wide map (METHOD, row S7: 'geometric hashing'), at any heading, or within a disc and a sector.
+/// wide map (doc/PAPER.md, unknown start), at any heading, or within a disc and a sector.
 ///
 /// Method. A pair of local boulders fixes a pose for each pair of map boulders as far apart. Local pairs come
 /// in the order of how few such map pairs there are to be expected (by length, and by size where both sides
