@@ -29,7 +29,7 @@ struct ScheduleRow {
   std::uint32_t ops;  ///< in each of these minor frames
 };
 
-inline constexpr int kMinorFrames = 30;  ///< a fix every 30 frames (METHOD, pipeline step 3)
+inline constexpr int kMinorFrames = 30;  ///< a fix every 30 frames, as in the paper
 
 /// What an operation of each task weighs: its time, in operations of VO. A weighted operation takes nearly
 /// the same time in each task, so that a budget is a time: how long on which target is in
@@ -67,26 +67,57 @@ inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 /// be held up. One unit more, at most.
 inline constexpr std::uint32_t kSliceOps = 750'000;
 
-constexpr bool schedule_is_sound() {
-  if (kSchedule[0].task != Task::kVo || kSchedule[0].first_minor != 0 ||
-      kSchedule[0].last_minor != kMinorFrames - 1) {
-    return false;  // VO first, in every minor frame
-  }
-  int begin = -1;
-  int work = -1;
-  int apply = -1;
-  for (const ScheduleRow& row : kSchedule) {
-    if (row.first_minor < 0 || row.last_minor < row.first_minor || row.last_minor >= kMinorFrames ||
-        row.ops == 0) {
+/// Whether the row is one of this minor frame.
+constexpr bool is_of(const ScheduleRow& row, int minor) {
+  return row.first_minor <= minor && minor <= row.last_minor;
+}
+
+/// A fix that has begun is due in the last minor frame: if its search is done, it is applied there.
+inline constexpr int kFixDueMinor = kMinorFrames - 1;
+
+/// Goes through a major frame as the executive does: its minor frames in order, in each of them the rows
+/// in theirs. In each minor frame VO is first, and the only VO. One fix begins, is worked on before it is
+/// applied, and is applied when it is due and not before. What an apply row finds open before that fix
+/// begins is of the major frame before.
+constexpr bool is_sound(const ScheduleRow* rows, int count) {
+  for (int i = 0; i < count; ++i) {
+    if (rows[i].first_minor < 0 || rows[i].last_minor < rows[i].first_minor ||
+        rows[i].last_minor >= kMinorFrames || rows[i].ops == 0) {
       return false;
     }
-    if (row.task == Task::kFixBegin) begin = row.last_minor;
-    if (row.task == Task::kFix) work = row.last_minor;
-    if (row.task == Task::kFixApply) apply = row.first_minor;
   }
-  return begin >= 0 && work >= begin && apply > begin;
+  enum class Fix { kNone, kBegun, kWorkedOn, kApplied } fix = Fix::kNone;
+  for (int minor = 0; minor < kMinorFrames; ++minor) {
+    bool first = true;
+    for (int i = 0; i < count; ++i) {
+      if (!is_of(rows[i], minor)) continue;
+      if ((rows[i].task == Task::kVo) != first) return false;
+      first = false;
+      if (rows[i].task == Task::kFixBegin) {
+        if (fix != Fix::kNone) return false;
+        fix = Fix::kBegun;
+      } else if (rows[i].task == Task::kFix && fix == Fix::kBegun) {
+        fix = Fix::kWorkedOn;
+      } else if (rows[i].task == Task::kFixApply && fix != Fix::kNone) {
+        if (fix != Fix::kWorkedOn || minor != kFixDueMinor) return false;
+        fix = Fix::kApplied;
+      }
+    }
+    if (first) return false;
+  }
+  return fix == Fix::kApplied;
 }
-static_assert(schedule_is_sound(),
-              "schedule: VO first and always; a fix begins before it is worked on and applied");
+static_assert(is_sound(kSchedule, kScheduleRows),
+              "schedule: VO first and always; a fix begins, is worked on, and is applied when it is due");
+
+/// The minor frame in which a fix begins.
+constexpr int fix_begin_minor() {
+  int begin = -1;
+  for (const ScheduleRow& row : kSchedule) {
+    if (row.task == Task::kFixBegin) begin = row.first_minor;
+  }
+  return begin;
+}
+inline constexpr int kFixBeginMinor = fix_begin_minor();
 
 }  // namespace cairn::cfg

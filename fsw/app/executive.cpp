@@ -7,10 +7,6 @@ std::uint32_t saturated(std::uint64_t ops) {
   return ops < UINT32_MAX ? static_cast<std::uint32_t>(ops) : UINT32_MAX;
 }
 
-bool active(const cfg::ScheduleRow& row, int minor) {
-  return minor >= row.first_minor && minor <= row.last_minor;
-}
-
 static_assert(cfg::kFixBeginOps >=
                   2 * cfg::kMaxLocalBoulders * BoulderTracks::settle_ops(cfg::kMaxLocalBoulders) +
                       Localizer::kBeginFixOps,
@@ -47,7 +43,7 @@ LocalizerStatus Executive::begin_minor(Localizer& localizer, const ImageU8& left
 Progress Executive::run(Localizer& localizer, WorkBudget& slice) {
   while (busy_) {
     const cfg::ScheduleRow& row = cfg::kSchedule[row_];
-    bool over = !active(row, minor_);
+    bool over = !cfg::is_of(row, minor_);
     if (!over) {
       if (slice.left() == 0) return Progress::kMore;
       const std::uint32_t weight = cfg::kTaskWeight[static_cast<int>(row.task)];
@@ -76,7 +72,7 @@ Progress Executive::run(Localizer& localizer, WorkBudget& slice) {
 }
 
 Progress Executive::step(Localizer& localizer, cfg::Task task, WorkBudget& budget) {
-  const bool due = minor_ == cfg::kMinorFrames - 1;  // the fix of this major frame
+  const bool due = minor_ == cfg::kFixDueMinor;  // the fix of this major frame
   const bool open = localizer.last_fix().status == FixStatus::kRunning;
   switch (task) {
     case cfg::Task::kVo: return localizer.step_vo(budget);

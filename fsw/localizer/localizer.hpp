@@ -141,22 +141,22 @@ static_assert(enum_has<PoseSource, kPoseSourceCount>());
 
 /// What became of a registration: one cause each.
 enum class CAIRN_NODISCARD FixStatus : std::uint8_t {
-  kNone,             ///< none yet
-  kRunning,          ///< begun
-  kApplied,          ///< the pose was corrected
-  kNoMap,            ///< no usable orbital map
-  kNoMapBoulders,    ///< none near the rover
-  kNoLocalBoulders,  ///< nothing to register
-  kTooFewPairs,      ///< the paper's ICP alone
-  kWeakGeometry,     ///< proved, and too uncertain to weigh; or the paper's pairs lie too close for a yaw
-  kIterationLimit,   ///< the paper's ICP went on moving
-  kBeyondLimit,      ///< the paper's ICP moved the pose farther than its parameters let it
-  kBadInput,         ///< not finite, or out of its range
-  kLate,          ///< the paper's ICP did not finish in its time, or the map was changed
-  kInconsistent,  ///< farther off than sigma allows (pose_fusion.hpp), or boulders in view do not agree where
-                  ///< those before do
-  kNoSearchRoom,  ///< the map holds more boulders there than there is room for
-  kNoHypothesis,  ///< no pose in reach agrees at all
+  kNone,               ///< none yet
+  kRunning,            ///< begun
+  kApplied,            ///< the pose was corrected
+  kNoMap,              ///< no usable orbital map
+  kNoMapBoulders,      ///< none near the rover
+  kNoLocalBoulders,    ///< nothing to register
+  kTooFewPairs,        ///< the paper's ICP alone
+  kWeakGeometry,       ///< proved, and too uncertain to weigh; or the paper's pairs lie too close for a yaw
+  kIterationLimit,     ///< the paper's ICP went on moving
+  kBeyondLimit,        ///< the paper's ICP moved the pose farther than its parameters let it
+  kBadInput,           ///< not finite, or out of its range
+  kLate,               ///< the paper's ICP did not finish in its time, or the map was changed
+  kInconsistent,       ///< farther off than sigma allows (pose_fusion.hpp), or boulders in view do not agree
+                       ///< where those before do
+  kNoSearchRoom,       ///< the map holds more boulders there than there is room for
+  kNoHypothesis,       ///< no pose in reach agrees at all
   kTooLittleEvidence,  ///< unrelated boulders could agree as well (registration/verdict.hpp), as in ...
   kAmbiguous,          ///< ... another pose agrees nearly as well
   kChanceAgreement,    ///< ... this map agrees as well at poses that are wrong

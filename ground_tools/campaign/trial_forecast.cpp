@@ -19,19 +19,11 @@ namespace fs = std::filesystem;
 constexpr double kCell_m = 0.1;  // of the swept ground
 
 /// Frames from the snapshot of a fix to its correction.
-std::size_t frames_to_apply() {
-  int begin = 0;
-  int apply = 0;
-  for (const cfg::ScheduleRow& row : cfg::kSchedule) {
-    if (row.task == cfg::Task::kFixBegin) begin = row.first_minor;
-    if (row.task == cfg::Task::kFixApply) apply = row.first_minor;
-  }
-  return static_cast<std::size_t>(apply - begin);
-}
+constexpr std::size_t kFramesToApply = cfg::kFixDueMinor - cfg::kFixBeginMinor;
 
 std::vector<ForecastFix> fixes_of(const Forecast& made, const CsvTable& table, std::uint64_t seed) {
   std::map<std::size_t, const FixStation*> stations;
-  for (const FixStation& s : made.stations) stations[s.frame + frames_to_apply()] = &s;
+  for (const FixStation& s : made.stations) stations[s.frame + kFramesToApply] = &s;
   std::vector<ForecastFix> fixes;
   const std::size_t frame = table.column("frame"), vo = table.column("vo"), status = table.column("status");
   const std::size_t after = table.column("after_m"), sigma = table.column("sigma_xy_m");
@@ -153,8 +145,8 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
   LocalMaps snapshots;
   for (std::size_t row = 0; row < fixes.size(); ++row) {
     const auto frame = static_cast<std::size_t>(fixes.number(row, fixes.column("frame")));
-    if (frame < frames_to_apply()) continue;
-    snapshots[{std::string(fixes.word(row, fixes.column("vo"))), frame - frames_to_apply()}];
+    if (frame < kFramesToApply) continue;
+    snapshots[{std::string(fixes.word(row, fixes.column("vo"))), frame - kFramesToApply}];
   }
   const CsvTable seen(folder / "seen.csv", kMendTrial);
   const std::size_t vo = seen.column("vo"), snapshot = seen.column("snapshot");

@@ -104,12 +104,8 @@ std::vector<PathPoint> drive_over(const std::vector<Vec2>& waypoints_map_m, doub
 }
 
 std::vector<std::size_t> fix_frames(std::size_t frames) {
-  std::size_t begin = 0;
-  for (const cfg::ScheduleRow& row : cfg::kSchedule) {
-    if (row.task == cfg::Task::kFixBegin) begin = static_cast<std::size_t>(row.first_minor);
-  }
   std::vector<std::size_t> all;
-  for (std::size_t i = begin; i < frames; i += cfg::kMinorFrames) all.push_back(i);
+  for (std::size_t i = cfg::kFixBeginMinor; i < frames; i += cfg::kMinorFrames) all.push_back(i);
   return all;
 }
 

@@ -1,7 +1,10 @@
 // The executive: the walk of the schedule, and what follows from each overrun.
 #include "app/executive.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
+#include <utility>
 
 #include "orbital_map/small_map.hpp"
 #include "support/cmocka.hpp"
@@ -14,7 +17,7 @@ using cfg::Task;
 
 namespace {
 
-constexpr int kBeginMinor = 24;  // of kFixBegin and of kFixApply in the table
+constexpr int kBeginMinor = 24;  // of kFixBegin in the table, and where kFixApply is due
 constexpr int kApplyMinor = 29;
 constexpr int kVo = static_cast<int>(Task::kVo);
 constexpr int kBoulders = static_cast<int>(Task::kBoulders);
@@ -76,6 +79,41 @@ void minor_frame(const ImageU8& l, const ImageU8& r, std::uint32_t slice_ops = U
   assert_false(executive.busy());
 }
 void blind_minor_frame() { minor_frame(ImageU8(), ImageU8()); }
+
+using Rows = cfg::ScheduleRow[cfg::kScheduleRows];
+
+/// The mission's table, and one fault in it.
+template <typename Fault>
+bool sound_with(Fault fault) {
+  Rows rows = {};
+  std::copy(std::begin(cfg::kSchedule), std::end(cfg::kSchedule), rows);
+  fault(rows);
+  return cfg::is_sound(rows, cfg::kScheduleRows);
+}
+
+/// The order of rows that never share a minor frame does not matter; that of the others does.
+void test_what_a_sound_table_is(void**) {
+  static_assert(cfg::kFixBeginMinor == kBeginMinor && cfg::kFixDueMinor == kApplyMinor);
+  assert_true(sound_with([](Rows&) {}));
+  assert_true(sound_with([](Rows& rows) { std::swap(rows[4], rows[5]); }));
+  assert_true(sound_with([](Rows& rows) { std::swap(rows[1], rows[5]); }));
+  assert_false(sound_with([](Rows& rows) { std::swap(rows[0], rows[1]); }));     // VO second
+  assert_false(sound_with([](Rows& rows) { rows[0].last_minor = 28; }));         // not always
+  assert_false(sound_with([](Rows& rows) { rows[1].task = Task::kVo; }));        // twice
+  assert_false(sound_with([](Rows& rows) { rows[2].last_minor = 25; }));         // two fixes begin
+  assert_false(sound_with([](Rows& rows) { rows[2].task = Task::kBoulders; }));  // none
+  assert_false(sound_with([](Rows& rows) { rows[3].last_minor = 23; }));         // not worked on before
+  assert_false(sound_with([](Rows& rows) {                                       // ... nor in time
+    rows[3].first_minor = 29;
+    std::swap(rows[3], rows[5]);
+  }));
+  assert_false(sound_with([](Rows& rows) { rows[5].first_minor = 25; }));        // applied before it is due
+  assert_false(sound_with([](Rows& rows) { rows[5].task = Task::kBoulders; }));  // never
+  assert_false(sound_with([](Rows& rows) { rows[4].last_minor = 24; }));         // in the frame it begins in
+  assert_false(sound_with([](Rows& rows) { rows[5].last_minor = 30; }));         // beyond the major frame
+  assert_false(sound_with([](Rows& rows) { rows[1].first_minor = -1; }));
+  assert_false(sound_with([](Rows& rows) { rows[1].ops = 0; }));
+}
 
 void test_walk_of_the_table(void**) {
   start(localizer, LocalizerParams());
@@ -371,6 +409,7 @@ void test_a_frame_within_a_frame_is_our_own_error(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
+      cmocka_unit_test(test_what_a_sound_table_is),
       cmocka_unit_test(test_walk_of_the_table),
       cmocka_unit_test(test_no_start_no_minor_frame),
       cmocka_unit_test(test_vo_comes_first),
