@@ -54,6 +54,7 @@ int pair_operations(const Rectification& made) { return 2 * 4 * made.left.width_
 
 std::vector<std::string> warnings_of(const CameraPair& pair, const RigFacts& facts) {
   std::vector<std::string> out;
+  if (const std::string doubt = doubt_of(pair); !doubt.empty()) out.push_back(doubt);
   constexpr double kTurned_deg = 5.0, kAside = 0.1, kZoomed = 1.25, kArea = 0.9;
   if (facts.turn_deg.norm() > kTurned_deg)
     out.push_back(

@@ -8,10 +8,10 @@
 namespace cairn::ground {
 namespace {
 
-constexpr double kMostBaseline_m = 10.0;
+constexpr double kLeastBaseline_m = 0.01, kMostBaseline_m = 10.0;
 constexpr double kMostPixels = 1.0e5;  // of a focal length, and of a principal point
 constexpr double kMostAspect = 2.0;    // of focal lengths: pixels that are oblong
-constexpr double kMostOffRow_m = 0.05;
+constexpr double kMostOffRow = 0.01;   // of the baseline
 
 /// The factor of the radius squared.
 double radial_factor(const CameraModel& camera, double r2) {
@@ -149,9 +149,15 @@ std::string fault_of_camera(const CameraModel& c, const char* side) {
 std::string fault_of_baseline(const CameraPair& pair) {
   const double b = baseline_m(pair);
   if (!std::isfinite(b)) return "the right camera's place is not finite";
-  if (b < 1.0e-4) {
+  if (b < 1.0e-6) {
     return "both cameras stand at the same place (no baseline); the right projection alone has -fx times the "
            "baseline in its fourth column";
+  }
+  if (b < kLeastBaseline_m) {
+    return fmt::format(
+        "a baseline of {:g} m is not that of a rover; metres are asked for (millimetres of Middlebury's files): "
+        "{:g} if these are thousandths, {:g} if a projection's fourth column lacks the factor fx",
+        b, b * 1.0e3, b * pair.left.fx_px);
   }
   if (b > kMostBaseline_m) {
     const double fx = pair.left.fx_px;
@@ -168,6 +174,32 @@ std::string fault_of_baseline(const CameraPair& pair) {
   if (!(-pair.T_right_left.t.x() > 0.5 * b))
     return "the cameras do not stand side by side; pairs of that kind are not known";
   return {};
+}
+
+/// What can be wrong, and is a few rigs' own: with the mend.
+std::string doubt_of_camera(const CameraModel& c, const char* side) {
+  constexpr double kMostOffMiddle = 0.12, kMostApart = 1.05, kNear = 0.05;
+  const double u = (c.width_px - 1) / 2.0, v = (c.height_px - 1) / 2.0;
+  const auto near = [](double value, double middle) {
+    return std::fabs(value - middle) < 2.0 * kNear * middle;
+  };
+  const bool sized = c.width_px > 0;
+  const bool off = sized && (std::fabs(c.cx_px - u) > kMostOffMiddle * c.width_px ||
+                             std::fabs(c.cy_px - v) > kMostOffMiddle * c.height_px);
+  const bool apart = std::max(c.fx_px, c.fy_px) > kMostApart * std::min(c.fx_px, c.fy_px);
+  if (!off && !apart) return {};
+  const std::string found =
+      off ? fmt::format(
+                "the {} camera's principal point ({:g}, {:g}) is far from the middle of the {} x {} image",
+                side, c.cx_px, c.cy_px, c.width_px, c.height_px)
+          : fmt::format("the {} camera's focal lengths, fx {:g} and fy {:g}, are those of oblong pixels",
+                        side, c.fx_px, c.fy_px);
+  const double scale = off ? u / c.cx_px : 1.0;
+  if (off && near(c.cx_px, v) && near(c.cy_px, u)) return found + "; are cx and cy swapped?";
+  if (sized && near(c.fy_px, u) && near(c.cy_px, v)) return found + "; the order asked for is fx fy cx cy";
+  if (off && std::fabs(scale - 1.0) > 2.0 * kNear && near(scale * c.cy_px, v))
+    return found + fmt::format("; calibrated at another size? multiply fx, fy, cx and cy by {:.3g}", scale);
+  return found + "; look whether the calibration is of these images, and its numbers in their order";
 }
 
 }  // namespace
@@ -276,9 +308,10 @@ std::string why_not_rectified(const CameraPair& pair) {
   if (std::fabs(a.cx_px - b.cx_px) > 1e-3 || std::fabs(a.cy_px - b.cy_px) > 1e-3)
     return fmt::format("principal points differ (left {:g} {:g}, right {:g} {:g})", a.cx_px, a.cy_px, b.cx_px,
                        b.cy_px);
-  if (!(std::fabs(pair.T_right_left.t.y()) < kMostOffRow_m &&
-        std::fabs(pair.T_right_left.t.z()) < kMostOffRow_m))
-    return "the right camera does not stand on the left one's x axis";
+  const Vec3& t = pair.T_right_left.t;
+  if (const double off = std::hypot(t.y(), t.z()); !(off <= kMostOffRow * baseline_m(pair)))
+    return fmt::format("the right camera stands {:g} m off the left one's x axis, {:.1f} % of the baseline",
+                       off, 100.0 * off / baseline_m(pair));
   return {};
 }
 
@@ -287,6 +320,11 @@ std::string fault_of(const CameraPair& pair) {
     if (std::string fault = fault_of_camera(*camera, side); !fault.empty()) return fault;
   }
   return fault_of_baseline(pair);
+}
+
+std::string doubt_of(const CameraPair& pair) {
+  const std::string left = doubt_of_camera(pair.left, "left");
+  return left.empty() ? doubt_of_camera(pair.right, "right") : left;
 }
 
 StereoRig rectified_rig(const CameraPair& pair) {

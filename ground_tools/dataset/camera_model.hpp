@@ -68,8 +68,10 @@ struct CameraPair {
   CameraModel left;
   CameraModel right;
   Pose3 T_right_left;
-  /// The left camera in the frame that truth of this layout tells of: KITTI's camera 0, EuRoC's body.
-  Pose3 T_ref_left;
+  /// The left camera in the frames that truth is told of where the calibration has them: KITTI's camera 0 (of
+  /// poses.txt), EuRoC's body.
+  Pose3 T_cam0_left;
+  Pose3 T_body_left;
   std::vector<std::string> notes;  ///< what had to be decided, a line each
 };
 
@@ -77,13 +79,16 @@ struct CameraPair {
 double baseline_m(const CameraPair& pair);
 /// Why the flight module cannot take images of this pair as they are; empty where it can: no lens, no skew,
 /// equal intrinsics (focal lengths to 1e-6, centres to 1e-3 px), no turn (1e-6 rad), the right camera on the
-/// left one's x axis (0.05 m beside it are let pass: KITTI's projections).
+/// left one's x axis (to 1 % of the baseline: KITTI's projections have half of that).
 std::string why_not_rectified(const CameraPair& pair);
 /// What a calibration is surely wrong in, with the mend; empty where nothing is: numbers that are not finite,
 /// focal lengths of 0, of more than 1e5 px or one of twice the other, intrinsics that were normalised, a
 /// principal point outside of the image, a baseline of more than 10 m (millimetres, or the product with the
-/// focal length) or none, cameras that are swapped.
+/// focal length), of less than 0.01 m or none, cameras that are swapped.
 std::string fault_of(const CameraPair& pair);
+/// What is likely wrong in one, with the mend; empty where nothing is: a principal point more than 12 % of the
+/// size from the middle of the image, focal lengths that differ by more than 5 %. Some good rigs are so.
+std::string doubt_of(const CameraPair& pair);
 
 /// The rig that flight code is told. Asks for a rectified pair.
 StereoRig rectified_rig(const CameraPair& pair);

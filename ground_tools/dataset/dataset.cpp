@@ -295,6 +295,8 @@ void Dataset::read_calibration(const std::vector<fs::path>& given, ImagesAre ima
   if (const std::string fault = fault_of(cameras_); !fault.empty())
     throw ToolError("{}: {}", files[0].string(), fault);
   for (const std::string& note : cameras_.notes) notes_.push_back(files[0].string() + ": " + note);
+  if (const std::string doubt = doubt_of(cameras_); !doubt.empty())
+    notes_.push_back(files[0].string() + ": " + doubt);
   take_rectified(files[0]);
 }
 
@@ -375,7 +377,7 @@ void Dataset::read_truth() {
   } else if (fs::exists(poses)) {
     read_kitti_poses(poses);
   } else if (fs::exists(euroc)) {
-    take_stamped(euroc, read_euroc_truth(euroc, cameras_.T_ref_left));
+    take_stamped(euroc, read_euroc_truth(euroc, cameras_.T_body_left));
   }
 
   const fs::path rover = folder_ / "truth_rover.txt";
@@ -442,8 +444,8 @@ void Dataset::read_kitti_poses(const fs::path& path) {
       throw ToolError("{}:{}: the left 3x3 part is not a rotation; give T_world_cam row by row",
                       path.string(), row.line);
     }
-    const Pose3 T_map_ref{Quat(R_map_world * R_world_cam).normalized(), R_map_world * p_world_cam_m};
-    truth_cam_[i] = T_map_ref * cameras_.T_ref_left;
+    const Pose3 T_map_cam0{Quat(R_map_world * R_world_cam).normalized(), R_map_world * p_world_cam_m};
+    truth_cam_[i] = T_map_cam0 * cameras_.T_cam0_left;
     if (rectification_ != nullptr) truth_cam_[i] = *truth_cam_[i] * rectification_->T_left_rect;
   }
 }

@@ -144,7 +144,8 @@ std::string rectify(const CameraPair& raw, Rectification& out) {
   out.pair = raw;
   out.pair.left = out.pair.right = camera;
   out.pair.T_right_left = Pose3{Quat(1.0, 0.0, 0.0, 0.0), Vec3(-baseline_m(raw), 0.0, 0.0)};
-  out.pair.T_ref_left = raw.T_ref_left * out.T_left_rect;
+  out.pair.T_cam0_left = raw.T_cam0_left * out.T_left_rect;
+  out.pair.T_body_left = raw.T_body_left * out.T_left_rect;
   fill(out.left, raw.left, camera, turns.left);
   fill(out.right, raw.right, camera, turns.right);
   return {};

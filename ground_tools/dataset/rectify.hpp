@@ -18,7 +18,7 @@ namespace cairn::ground {
 
 struct Rectification {
   CameraPair
-      pair;  ///< as rectified; T_ref_left is of the turned left camera, notes and format are the raw one's
+      pair;  ///< as rectified; poses of the left camera are of the turned one, notes and format are the raw one's
   Pose3 T_left_rect;  ///< from the rectified left camera to the raw one: a turn
   double zoom = 1.0;  ///< by which focal lengths were raised
   RemapTable left;

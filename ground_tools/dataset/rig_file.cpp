@@ -56,7 +56,7 @@ CameraPair pair_of_projections(const std::string& left_where, const Numbers& lef
   pair.left = a.camera;
   pair.right = b.camera;
   pair.T_right_left.t = b.p_cam_origin_m - a.p_cam_origin_m;
-  pair.T_ref_left.t = -a.p_cam_origin_m;
+  pair.T_cam0_left.t = -a.p_cam_origin_m;
   return pair;
 }
 
@@ -230,7 +230,7 @@ CameraPair read_kitti_raw(const TaggedRows& rows, const RigQuestion& question) {
       size("S_" + n, *camera);
     }
     pair.T_right_left = pose(b) * pose(a).inverse();
-    pair.T_ref_left = pose(a).inverse();
+    pair.T_cam0_left = pose(a).inverse();
   }
   pair.format = "KITTI raw (calib_cam_to_cam)";
   if (has_raw) note_both(pair, question);
@@ -384,8 +384,8 @@ CameraPair read_euroc(const Keys& left, const Keys& right) {
   CameraPair pair;
   take_asl_camera(left, pair.left);
   take_asl_camera(right, pair.right);
-  pair.T_ref_left = pose_of(left.where("T_BS"), left.asked({"T_BS"}, 12));
-  pair.T_right_left = pose_of(right.where("T_BS"), right.asked({"T_BS"}, 12)).inverse() * pair.T_ref_left;
+  pair.T_body_left = pose_of(left.where("T_BS"), left.asked({"T_BS"}, 12));
+  pair.T_right_left = pose_of(right.where("T_BS"), right.asked({"T_BS"}, 12)).inverse() * pair.T_body_left;
   pair.format = "EuRoC (ASL) sensor.yaml";
   return pair;
 }
@@ -399,7 +399,7 @@ CameraPair read_kalibr(const Keys& chain) {
   take_asl_camera(right, pair.right);
   pair.T_right_left = pose_of(right.where("T_cn_cnm1"), right.asked({"T_cn_cnm1"}, 12));
   if (left.has({"T_cam_imu"}))
-    pair.T_ref_left = pose_of(left.where("T_cam_imu"), left.numbers({"T_cam_imu"})).inverse();
+    pair.T_body_left = pose_of(left.where("T_cam_imu"), left.numbers({"T_cam_imu"})).inverse();
   pair.format = "kalibr camchain";
   return pair;
 }
@@ -631,7 +631,6 @@ CameraPair read_labels(const std::vector<fs::path>& files) {
   take_size({static_cast<double>(left.width_px), static_cast<double>(left.height_px)}, pair.left);
   take_size({static_cast<double>(right.width_px), static_cast<double>(right.height_px)}, pair.right);
   pair.T_right_left = b.T_cam_ref * a.T_cam_ref.inverse();
-  pair.T_ref_left = a.T_cam_ref.inverse();
   pair.format = fmt::format("PDS label ({})", left.lens == Lens::kNone ? "CAHV" : lens_name(left.lens));
   return pair;
 }

@@ -52,7 +52,8 @@ void save(const char* name, const std::vector<std::uint8_t>& bytes) {
 void make_set(const std::string& name, int width, int height) {
   for (const char* image : {"/left/0.png", "/right/0.png", "/left/1.png", "/right/1.png"})
     test::write_grey_png(scratch.path(name + image), width, height);
-  scratch.file(name + "/calib.txt", "80 80 31.5 31.5 0.12\n");
+  scratch.file(name + "/calib.txt", "80 80 " + std::to_string((width - 1) / 2.0) + " " +
+                                        std::to_string((height - 1) / 2.0) + " 0.12\n");
 }
 
 /// Pairs over a textured plane, 5 cm apart: a drive that can be measured. Right images are `lower_px` rows

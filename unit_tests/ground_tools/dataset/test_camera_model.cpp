@@ -184,7 +184,42 @@ void test_faults_and_what_is_not_rectified(void**) {
   with([](CameraPair& p) { p.right.fx_px *= 1.01; }, "", "focal lengths differ");
   with([](CameraPair& p) { p.T_right_left.q = quat_exp(Vec3(0.001, 0.0, 0.0)); }, "",
        "turned by 0.0573 degrees");
-  with([](CameraPair& p) { p.T_right_left.t.z() = 0.06; }, "", "x axis");
+  // A hundredth of the baseline to the side is let pass, whatever its length.
+  for (const double b : {0.12, 1.0}) {
+    with([b](CameraPair& p) { p.T_right_left.t = Vec3(-b, 0.009 * b, 0.0); }, "", "");
+    with([b](CameraPair& p) { p.T_right_left.t = Vec3(-b, 0.011 * b, 0.0); }, "", "x axis, 1.1 % of");
+    with([b](CameraPair& p) { p.T_right_left.t = Vec3(-b, 0.0, -0.011 * b); }, "", "x axis");
+  }
+  with([](CameraPair& p) { p.T_right_left.t.x() = -0.12 / 400.0; }, "0.12 if a projection's fourth column",
+       "");
+  with([](CameraPair& p) { p.T_right_left.t.x() = -0.12e-3; }, "0.12 if these are thousandths", "");
+}
+
+void test_doubts(void**) {
+  const auto doubt = [](double fx, double fy, double cx, double cy, const char* words, int width_px = 512) {
+    CameraPair pair = good_pair();
+    pair.left.width_px = width_px;
+    pair.left.height_px = 384;
+    pair.left.fx_px = fx, pair.left.fy_px = fy, pair.left.cx_px = cx, pair.left.cy_px = cy;
+    pair.right = pair.left;
+    static std::string got;
+    for (CameraModel* const one : {&pair.left, &pair.right}) {
+      got = doubt_of(pair);
+      if (words[0] == '\0' ? !got.empty() : got.find(words) == std::string::npos)
+        fail_msg("doubt '%s', expected '%s'", got.c_str(), words);
+      *one = good_pair().left;  // then the same of the right camera alone
+    }
+  };
+  CameraPair good = good_pair();
+  assert_string_equal(doubt_of(good).c_str(), "");
+  doubt(394.0, 410.0, 255.5 + 60.0, 191.5 - 45.0, "");
+  doubt(394.0, 394.0, 255.5 + 63.0, 191.5, "far from the middle");
+  doubt(394.0, 394.0, 255.5, 191.5 - 47.0, "far from the middle");
+  doubt(394.0, 394.0, 191.5, 255.5, "are cx and cy swapped?");
+  doubt(197.0, 197.0, 127.5, 95.5, "multiply fx, fy, cx and cy by 2");
+  doubt(394.0, 255.5, 394.0, 191.5, "the order asked for is fx fy cx cy");
+  doubt(394.0, 420.0, 255.5, 191.5, "oblong pixels");
+  doubt(394.0, 394.0, 191.5, 255.5, "", 0);  // no size, no middle
 }
 
 }  // namespace
@@ -197,6 +232,7 @@ int main() {
       cmocka_unit_test(test_nothing_is_seen_behind),
       cmocka_unit_test(test_fields_of_view),
       cmocka_unit_test(test_faults_and_what_is_not_rectified),
+      cmocka_unit_test(test_doubts),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset/camera_model", tests, nullptr, nullptr);
 }

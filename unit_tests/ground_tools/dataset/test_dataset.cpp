@@ -90,6 +90,22 @@ void test_kitti_colour_pair(void**) {
   assert_near((data.truth_cam(1)->t - Vec3(2.0, 0.06, 0.0)).norm(), 0.0, 1e-12);
 }
 
+// The camera of poses.txt is the left one, wherever the calibration has an IMU.
+void test_poses_are_the_cameras(void**) {
+  const char kCamera[] =
+      "  camera_model: pinhole\n  intrinsics: [80, 80, 31.5, 23.5]\n  distortion_model: radtan\n"
+      "  distortion_coeffs: [0, 0, 0, 0]\n  resolution: [64, 48]\n";
+  make_pairs("imu", "left", "right", {"0", "1"});
+  scratch.file("imu/camchain.yaml",
+               std::string("cam0:\n  T_cam_imu: [[0,-1,0,3],[1,0,0,2],[0,0,1,1],[0,0,0,1]]\n") + kCamera +
+                   "cam1:\n  T_cn_cnm1: [[1,0,0,-0.12],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n" + kCamera);
+  scratch.file("imu/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 7\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("imu"));
+  assert_near((data.truth_cam(1)->t - Vec3(7.0, 0.0, 0.0)).norm(), 0.0, 1e-12);
+  assert_near((data.truth_cam(1)->q * Vec3(0.0, 0.0, 1.0) - Vec3(1.0, 0.0, 0.0)).norm(), 0.0, 1e-12);
+}
+
 void test_missing_images_are_frames(void**) {
   make_pairs("holes", "left", "right", {"8", "9", "10", "11"});
   scratch.file("holes/calib.txt", kPlainCalibration);
@@ -456,6 +472,7 @@ int main() {
       cmocka_unit_test(test_plain_layout),
       cmocka_unit_test(test_kitti_layout),
       cmocka_unit_test(test_kitti_colour_pair),
+      cmocka_unit_test(test_poses_are_the_cameras),
       cmocka_unit_test(test_missing_images_are_frames),
       cmocka_unit_test(test_stamps_by_number),
       cmocka_unit_test(test_which_image_belongs_to_which),

@@ -54,7 +54,7 @@ void test_plain_and_kitti_rows(void**) {
                              "P3: 400 0 31.5 -28 0 401 23.5 0 0 0 1 0\nTr: 1 0 0 0 0 1 0 0 0 0 1 0\n";
   const CameraPair pair = read_rig({scratch.file("c.txt", colour)}, {ImagesAre::kRectified, true});
   check_rectified(pair, "KITTI rows P2, P3");
-  assert_near(pair.T_ref_left.t.x(), -0.05, 1e-12);
+  assert_near(pair.T_cam0_left.t.x(), -0.05, 1e-12);
 }
 
 // The numbers of 2011_09_26: the raw pair stands 0.5371 m apart, turned by a degree or so.
@@ -127,7 +127,7 @@ void test_euroc(void**) {
   assert_true(pair.right.lens == Lens::kEquidistant && pair.right.k[0] == -0.1);
   assert_near(baseline_m(pair), 0.110078, 1e-6);
   assert_at_most((pair.T_right_left.t - Vec3(-0.11007, 0.0003991, -0.0008537)).norm(), 1e-4);
-  assert_at_most((pair.T_ref_left.t - Vec3(-0.0216401, -0.0646770, 0.0098107)).norm(), 1e-6);
+  assert_at_most((pair.T_body_left.t - Vec3(-0.0216401, -0.0646770, 0.0098107)).norm(), 1e-6);
   assert_int_equal(pair.left.width_px, 64);
   assert_true(why_not_rectified(pair).find("lens (radial-tangential)") != std::string::npos);
 
