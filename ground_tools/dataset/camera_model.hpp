@@ -86,8 +86,8 @@ std::string why_not_rectified(const CameraPair& pair);
 /// principal point outside of the image, a baseline of more than 10 m (millimetres, or the product with the
 /// focal length), of less than 0.01 m or none, cameras that are swapped.
 std::string fault_of(const CameraPair& pair);
-/// What is likely wrong in one, with the mend; empty where nothing is: a principal point more than 12 % of the
-/// size from the middle of the image, focal lengths that differ by more than 5 %. Some good rigs are so.
+/// What is likely wrong in one, with the mend; empty where nothing is: a principal point more than 12 % of
+/// the size from the middle of the image, focal lengths that differ by more than 5 %. Some good rigs are so.
 std::string doubt_of(const CameraPair& pair);
 
 /// The rig that flight code is told. Asks for a rectified pair.

@@ -17,8 +17,8 @@
 namespace cairn::ground {
 
 struct Rectification {
-  CameraPair
-      pair;  ///< as rectified; poses of the left camera are of the turned one, notes and format are the raw one's
+  /// As rectified; poses of the left camera are of the turned one, notes and format are the raw one's.
+  CameraPair pair;
   Pose3 T_left_rect;  ///< from the rectified left camera to the raw one: a turn
   double zoom = 1.0;  ///< by which focal lengths were raised
   RemapTable left;
