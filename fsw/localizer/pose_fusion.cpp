@@ -74,19 +74,6 @@ Mat3 planar_covariance(const Mat6& of_camera, const Pose3& T_rover_cam, const Po
   return JC.lazyProduct(J.transpose());
 }
 
-FixOffset without_prior(const FixOffset& with_prior, double prior_sigma_xy_m, double prior_sigma_yaw_rad) {
-  const Vec3 prior(1.0 / (prior_sigma_xy_m * prior_sigma_xy_m), 1.0 / (prior_sigma_xy_m * prior_sigma_xy_m),
-                   1.0 / (prior_sigma_yaw_rad * prior_sigma_yaw_rad));
-  const Mat3 J = inverse(with_prior.covariance);
-  Mat3 own = J;
-  for (int i = 0; i < 3; ++i) own(i, i) += 1.0e-6 * prior[i] - prior[i];  // so that it can be inverted
-  FixOffset out;
-  out.covariance = inverse(own);
-  out.covariance = 0.5 * (out.covariance + Mat3(out.covariance.transpose()));
-  out.offset = out.covariance * Vec3(J * with_prior.offset);
-  return out;
-}
-
 ErrorCovariance errors_at_start(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad) {
   const double sigmas[] = {sigma_xy_m,
                            sigma_xy_m,

@@ -99,8 +99,6 @@ struct FixOffset {
   Vec3 offset = Vec3(0.0, 0.0, 0.0);
   Mat3 covariance = Mat3::Identity();
 };
-/// Takes the Gaussian prior (sigmas, mean zero) out of a registration that came out with it.
-FixOffset without_prior(const FixOffset& with_prior, double prior_sigma_xy_m, double prior_sigma_yaw_rad);
 
 // ---- the filter's three equations, for the forecast as well ------------------------------------------
 

@@ -36,7 +36,6 @@ enum class CAIRN_NODISCARD RelocationStatus : std::uint8_t {
   kTooFewBoulders,  ///< local ones
   kBadInput,
 };
-inline constexpr std::size_t kRelocationStatuses = static_cast<std::size_t>(RelocationStatus::kBadInput) + 1;
 
 struct RelocationParams {
   LostSearchParams search;

@@ -98,8 +98,6 @@ class TrustState {
   bool unproven() const { return claimed_; }
   /// Covariance of x, y and yaw that is added to the pose's own, to look for a fix farther away.
   Mat3 doubt() const;
-  /// kFixDeclined and kFixInconsistent in a row.
-  std::uint32_t refusals() const { return refusals_; }
 
  private:
   TrustParams params_;
@@ -107,7 +105,7 @@ class TrustState {
   bool claimed_ = true;              ///< unproven
   Trust since_ = Trust::kConfirmed;  ///< the state, were the pose of the snapshot confirmed
   bool held_ = false;                ///< frames since VO's reference, whatever the state
-  std::uint32_t refusals_ = 0;
+  std::uint32_t refusals_ = 0;       ///< kFixDeclined and kFixInconsistent in a row
 };
 
 }  // namespace cairn

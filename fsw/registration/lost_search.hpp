@@ -49,7 +49,6 @@ enum class CAIRN_NODISCARD LostStatus : std::uint8_t {
   kNoMap,           ///< the wide map is not ready, or empty
   kBadInput,        ///< NaN or infinity, or a parameter out of its range
 };
-inline constexpr std::size_t kLostStatuses = static_cast<std::size_t>(LostStatus::kBadInput) + 1;
 
 /// Ranges in brackets.
 struct LostSearchParams {

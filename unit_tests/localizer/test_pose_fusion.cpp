@@ -319,43 +319,6 @@ void test_growth_on_the_spot(void**) {
   assert_near(fusion.sigma_yaw_rad(), std::sqrt(16e-6 + 1000 * f * f * 4e-10), 1e-12);
 }
 
-/// What came out of the prior alone (its covariance, no correction) tells nothing.
-void test_no_information_changes_nothing(void**) {
-  PoseFusion fusion;
-  fusion.init({}, 0.05, 0.01);
-  fusion.propagate(step_of(2.0, 1.0));
-  const double xy = fusion.sigma_xy_m();
-  const double yaw = fusion.sigma_yaw_rad();
-  const FixOffset own = without_prior({Vec3(0.0, 0.0, 0.0), diagonal(xy, yaw)}, xy, yaw);
-  const FusionResult r = fuse(fusion, own.offset, own.covariance);
-  assert_status(r.status, FusionStatus::kFused);
-  assert_near(r.chi2, 0.0, 0.0);
-  assert_near(fusion.sigma_xy_m(), xy, 1e-5 * xy);
-  assert_near(fusion.sigma_yaw_rad(), yaw, 1e-5 * yaw);
-}
-
-/// A registration with prior is the measurement weighed with the prior: taken apart again, the measurement.
-void test_prior_taken_out(void**) {
-  generator = Random(7);
-  for (int i = 0; i < 50; ++i) {
-    Mat3 A;
-    for (int m = 0; m < 9; ++m) A(m / 3, m % 3) = 0.02 * gauss();
-    const Mat3 R = A * A.transpose() + Mat3::Identity() * 1e-4;
-    const Vec3 z(0.1 * gauss(), 0.1 * gauss(), 0.05 * gauss());
-    const double xy = uniform(0.02, 1.0);
-    const double yaw = uniform(0.01, 0.3);
-    const Mat3 J0 = diagonal(1.0 / xy, 1.0 / yaw);
-    FixOffset with;
-    with.covariance = (R.inverse() + J0).inverse();
-    with.offset = with.covariance * (R.inverse() * z);
-    const FixOffset own = without_prior(with, xy, yaw);
-    const double tolerance = 1e-5 * R.trace() / (xy < yaw ? xy * xy : yaw * yaw);
-    for (int m = 0; m < 9; ++m)
-      assert_near(own.covariance(m / 3, m % 3), R(m / 3, m % 3), 1e-9 + tolerance * R.trace());
-    assert_at_most((own.offset - z).norm(), 1e-9 + tolerance * z.norm());
-  }
-}
-
 // ---- what is refused ---------------------------------------------------------------------------------
 
 void test_gate(void**) {
@@ -1215,8 +1178,6 @@ int main() {
       cmocka_unit_test(test_without_fixes),
       cmocka_unit_test(test_growth),
       cmocka_unit_test(test_growth_on_the_spot),
-      cmocka_unit_test(test_no_information_changes_nothing),
-      cmocka_unit_test(test_prior_taken_out),
       cmocka_unit_test(test_gate),
       cmocka_unit_test(test_gate_on_draws),
       cmocka_unit_test(test_surprise),
