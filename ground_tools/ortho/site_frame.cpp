@@ -96,8 +96,16 @@ std::optional<SiteFrame> site_frame(const std::string& reference, const Vec2& p_
   return site_frame(&system, p_map_m);
 }
 
+Vec2 scale_limits(const SiteFrame& frame) {
+  // Singular values of 2 x 2, by what the matrix holds of a similarity and of a mirrored one.
+  const Mat2 m = frame.map_from_ground.inverse();
+  const double kept = std::hypot(m(0, 0) + m(1, 1), m(1, 0) - m(0, 1));
+  const double mirrored = std::hypot(m(0, 0) - m(1, 1), m(1, 0) + m(0, 1));
+  return {0.5 * (kept + mirrored), 0.5 * std::fabs(kept - mirrored)};
+}
+
 double scale_error(const SiteFrame& frame) {
-  const Vec2 scale = frame.ground_per_map();
+  const Vec2 scale = scale_limits(frame);
   return std::max(std::fabs(scale.x() - 1.0), std::fabs(scale.y() - 1.0));
 }
 
@@ -119,8 +127,12 @@ std::string scale_words(const std::string& system, const Vec2& p_m) {
   const std::optional<SiteFrame> frame = site_frame(system, p_m);
   if (!frame || scale_error(*frame) <= kScaleTolerance) return {};
   const Vec2 scale = frame->ground_per_map();
-  return fmt::format("1 m of {} is {:.4f} m of ground along x and {:.4f} m along y at latitude {:.2f}",
-                     system, scale.x(), scale.y(), frame->latitude_deg);
+  const Vec2 limits = scale_limits(*frame);
+  const bool sheared = limits.x() - scale.maxCoeff() > 0.1 * kScaleTolerance;
+  return fmt::format(
+      "1 m of {} is {:.4f} m of ground along x and {:.4f} m along y{} at latitude {:.2f}", system, scale.x(),
+      scale.y(), sheared ? fmt::format(", and {:.4f} to {:.4f} m between them", limits.y(), limits.x()) : "",
+      frame->latitude_deg);
 }
 
 }  // namespace cairn::ground

@@ -30,7 +30,10 @@ std::optional<SiteFrame> site_frame(const OGRSpatialReference* system, const Vec
 /// The same of a text as in reference_system.hpp.
 std::optional<SiteFrame> site_frame(const std::string& reference, const Vec2& p_map_m);
 
-/// Most that `ground_per_map` departs from 1, either axis: 0.04 for HiRISE's maps at 56.5 N.
+/// Metres on the ground of one metre of the map, most and least over all directions. Between the axes where
+/// the projection shears.
+Vec2 scale_limits(const SiteFrame& frame);
+/// Most that one of these departs from 1: 0.04 for HiRISE's maps at 56.5 N.
 double scale_error(const SiteFrame& frame);
 
 /// Beyond this a map's metres are told from the ground's,

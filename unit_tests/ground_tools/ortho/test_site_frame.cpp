@@ -42,6 +42,21 @@ void test_scale(void**) {
   assert_near(utm.ground_per_map().y(), 1.0 / 0.9996, 1e-7);
 }
 
+/// Off its central meridian the sinusoidal projection shears by sin(latitude) times the longitude: neither
+/// axis has the most or the least scale, and the area stays.
+void test_shear(void**) {
+  const SiteFrame frame = frame_at("+proj=sinu +R=3396190", 14.0, 34.0, kMars);
+  const double half = 0.5 * 14.0 * kRadPerDeg * std::sin(34.0 * kRadPerDeg);
+  const double most = std::hypot(1.0, half) + half;
+  assert_near(scale_limits(frame).x(), most, 1e-6);
+  assert_near(scale_limits(frame).y(), 1.0 / most, 1e-6);
+  assert_near(scale_error(frame), most - 1.0, 1e-6);
+  // A shear that leaves the axes nearly as they are is told, too.
+  const Places to_map(kMars, "+proj=sinu +R=3396190");
+  const std::string words = scale_words("+proj=sinu +R=3396190", to_map({3.0, 25.0}));
+  assert_true(words.find("between them") != std::string::npos);
+}
+
 void test_north(void**) {
   // Meridians converge by sin(latitude) times the longitude from the central one.
   const SiteFrame utm = frame_at("EPSG:32633", 17.0, 47.0, kEarth);
@@ -80,10 +95,8 @@ void test_no_body(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_scale),
-      cmocka_unit_test(test_north),
-      cmocka_unit_test(test_local_reference),
-      cmocka_unit_test(test_no_body),
+      cmocka_unit_test(test_scale),           cmocka_unit_test(test_shear),   cmocka_unit_test(test_north),
+      cmocka_unit_test(test_local_reference), cmocka_unit_test(test_no_body),
   };
   return cmocka_run_group_tests_name("ground_tools/ortho/site_frame", tests, nullptr, nullptr);
 }
