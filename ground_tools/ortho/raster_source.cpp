@@ -351,7 +351,7 @@ class GdalSource final : public RasterSource {
     facts_.identity = identity_of(*data);
     for (const int b : numbers) facts_.identity += fmt::format("band {}\n", b);
     facts_.sun = find_sun(*data);
-    if (no_data.guess && !no_data.value) guess_no_data(*data);
+    if (no_data.guess && !no_data.value && guess_no_data(*data)) guess_no_data(*data);  // the other end, too
     for (const float value : bands_[0].meaning.missing) facts_.identity += fmt::format("no data {}\n", value);
   }
 
@@ -369,23 +369,25 @@ class GdalSource final : public RasterSource {
     }
   }
 
-  void guess_no_data(GDALDataset& data) {
+  /// True: a value is no data from now on.
+  bool guess_no_data(GDALDataset& data) {
     GdalReader reader(facts_.name, bands_);
     const std::optional<UnmarkedValue> found = unmarked_value(reader, facts_);
-    if (!found) return;
+    if (!found) return false;
     // The values that were looked at are brightness: raw ones where that is the same.
     const bool raw = std::all_of(bands_.begin(), bands_.end(), [](const BandChoice& b) {
       return b.meaning.grey.empty() && b.meaning.scale == 1.0F;
     });
-    const bool taken = raw && found->is_collar;
+    const bool taken = raw && found->is_no_ground;
     facts_.remarks.push_back(fmt::format(
-        "about {:.0f} % of the pixels have the value {}, the {} of all, and nothing marks it as no data; {}",
+        "about {:.2g} % of the pixels have the value {}, the {} of all, and nothing marks it as no data; {}",
         100.0 * found->share, found->value, found->is_least ? "least" : "largest",
         taken ? "it is taken for that (--no-data none: as it is)"
               : fmt::format("if they hold none, give --no-data {}", found->value)));
-    if (!taken) return;
+    if (!taken) return false;
     for (BandChoice& b : bands_) b.meaning.missing.push_back(found->value);
     set_all_valid(data);
+    return true;
   }
 
   RasterFacts facts_;

@@ -95,10 +95,11 @@ struct NoDataChoice {
 /// Of the bands of a mean, a no-data value of unsigned whole numbers is one only where all bands have theirs:
 /// 0 is a colour's shadow, too.
 ///
-/// A value at the end of the range that fills a corner and 2 % or more of the image is a collar that its file
-/// does not mark. It is taken for no data where it is 255 of 8 bits, or farther from all other values than
-/// these are from each other; and told among the remarks either way, as is an end of the range that fills 5 %
-/// or more (of samples all over the image).
+/// A value at the end of the range that fills a corner and 2 % or more of the image is a collar that its
+/// file does not mark. It is taken for no data where it is 255 of 8 bits, or farther from all other values
+/// than these are from each other. So is, of more than 8 bits, what is four times as far from all others,
+/// and below zero or above them: -9999 in holes of any size. Either is told among the remarks, as is an end
+/// of the range that fills 5 % or more (of samples all over the image).
 ///
 /// Throws ToolError: cannot be opened, no geo-reference, degrees or a unit other than the metre, band out of
 /// range, complex numbers, a scale of 0.

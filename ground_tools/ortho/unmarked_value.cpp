@@ -14,6 +14,9 @@ constexpr double kCollarShare = 0.02;
 constexpr double kUsualShare = 0.05;
 constexpr double kTimesNext = 3.0;  // and so many times as many as of the value beside it
 constexpr double kMostShare = 0.75;
+constexpr float kTimesFar = 4.0F;        // of what all others span, less their outermost
+constexpr double kOutermost = 0.001;     // as the stretch to grey leaves out
+constexpr std::ptrdiff_t kLeastFar = 4;  // pixels; fewer are faults of a detector
 constexpr int kCornerPx = 8;
 constexpr int kLeastValues = 16;  // of fewer a picture is drawn, not taken
 
@@ -76,6 +79,22 @@ bool is_drawn(const std::vector<float>& sorted) {
   return distinct < kLeastValues;
 }
 
+/// Far from all other values, on the side where there is no brightness: below zero, or above the largest. A
+/// shadow without any light is zero, and may be as far from sunlit ground. The other end may be such a value,
+/// too, and does not count.
+bool is_far(const std::vector<float>& sorted, bool is_least) {
+  const auto above = std::upper_bound(sorted.begin(), sorted.end(), sorted.front());
+  const auto below = std::lower_bound(above, sorted.end(), sorted.back());
+  const float end = is_least ? sorted.front() : sorted.back();
+  const auto count = is_least ? above - sorted.begin() : sorted.end() - below;
+  const auto others = below - above;
+  if (count < kLeastFar || others == 0 || (is_least && end >= 0.0F)) return false;
+  const auto left_out = static_cast<std::ptrdiff_t>(kOutermost * static_cast<double>(others));
+  const float near = is_least ? *above : *(below - 1);
+  const float far = is_least ? *(below - 1 - left_out) : *(above + left_out);
+  return std::fabs(near - end) > kTimesFar * std::fabs(far - near);
+}
+
 }  // namespace
 
 std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFacts& facts) {
@@ -98,7 +117,9 @@ std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFa
     const bool corner =
         std::find(samples.corners.begin(), samples.corners.end(), end.value) != samples.corners.end();
     const bool saturated = facts.depth == PixelDepth::kEight && std::fabs(end.value - 255.0F) < 1e-3F;
-    end.is_collar = corner && end.share >= kCollarShare && end.share <= kMostShare && (apart || saturated);
+    end.is_no_ground =
+        end.share <= kMostShare && ((corner && end.share >= kCollarShare && (apart || saturated)) ||
+                                    (facts.depth != PixelDepth::kEight && is_far(values, is_least)));
     // Of the mean of three bands, thirds add up to a little less.
     if (facts.depth == PixelDepth::kEight) end.value = std::round(end.value);
     const auto [from, to] = std::equal_range(values.begin(), values.end(), next);
@@ -108,7 +129,7 @@ std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFa
   };
   const UnmarkedValue ends[] = {judge(true), judge(false)};
   for (const UnmarkedValue& end : ends) {
-    if (end.is_collar) return end;
+    if (end.is_no_ground) return end;
   }
   for (int i = 0; i < 2; ++i) {
     if (stands_out[i] && ends[i].share <= kMostShare) return ends[i];

@@ -12,7 +12,7 @@ struct UnmarkedValue {
   float value = 0.0F;
   double share = 0.0;  ///< of the pixels looked at
   bool is_least = false;
-  bool is_collar = false;  ///< open_orthoimage's rule: this cannot be ground
+  bool is_no_ground = false;  ///< by open_orthoimage's rule
 };
 
 /// From windows of 64 x 64 pixels all over the image, its corners among them; of an image up to 1024 x 1024

@@ -192,6 +192,32 @@ void test_unmarked_values(void**) {
   assert_true(remarks_of(path).empty() && open_orthoimage(path)->facts().all_valid);
 }
 
+/// Holes of a value where no brightness is, whatever their size and place; both ends at once.
+void test_unmarked_holes(void**) {
+  const auto ground = [](int x, int y) { return 90.0 + (37 * x + 91 * y + x * y) % 100; };
+  for (const GDALDataType type : {GDT_Int16, GDT_Float32}) {
+    for (const double most : {32767.0, 189.0}) {
+      raster = read_orthoimage(image("holes.tif", "GTiff", type, 1, kSide, [&](int, int x, int y) {
+        if (std::abs(x - 60) + std::abs(y - 60) < 6) return -9999.0;
+        return y > 120 && x > 120 ? most : ground(x, y);
+      }));
+      assert_true(missing(60, 60) && missing(60, 55) && !missing(60, 54) && !missing(0, 0));
+      assert_int_equal(missing(125, 125), most > 200.0);
+      assert_in_range(grey(0, 0), 0, 2);  // ground's least: the stretch is of ground alone
+    }
+  }
+  // Shadows without any light are zero, and far from a flat ground: as they are.
+  raster = read_orthoimage(image("unlit.tif", "GTiff", GDT_Float32, 1, kSide, [&](int, int x, int y) {
+    return x % 16 < 3 && y % 16 < 3 ? 0.0 : 0.3 + 1e-4 * ground(x, y);
+  }));
+  assert_true(!missing(0, 0));
+  // A value alone is a fault of the detector, and 8 bits have no room for such values.
+  raster = read_orthoimage(image("hot.tif", "GTiff", GDT_Int16, 1, kSide, [&](int, int x, int y) {
+    return x == 5 && y == 5 ? 30000.0 : ground(x, y);
+  }));
+  assert_false(missing(5, 5));
+}
+
 }  // namespace
 
 int main() {
@@ -203,6 +229,7 @@ int main() {
       cmocka_unit_test(test_special_pixels_of_a_label),
       cmocka_unit_test(test_colour_with_no_data),
       cmocka_unit_test(test_unmarked_values),
+      cmocka_unit_test(test_unmarked_holes),
   };
   return cmocka_run_group_tests_name("ground_tools/ortho/pixel_meaning", tests, nullptr, nullptr);
 }
