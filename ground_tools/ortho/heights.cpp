@@ -145,6 +145,91 @@ double metres_a_unit(GDALDataset& model, GDALRasterBand& band, const std::string
   return system->GetTargetLinearUnits("VERT_CS");
 }
 
+/// Positive down, as depths are.
+bool counts_down(GDALDataset& model) {
+  const OGRSpatialReference* const system = model.GetSpatialRef();
+  OGRAxisOrientation towards = OAO_Up;
+  if (system != nullptr && system->GetAttrNode("VERT_CS") != nullptr) system->GetAxis("VERT_CS", 0, &towards);
+  return towards == OAO_Down;
+}
+
+void refuse_picture(GDALDataset& model, const std::string& name) {
+  const bool bytes = model.GetRasterBand(1)->GetRasterDataType() == GDT_Byte;
+  if (!bytes || (model.GetRasterCount() < 3 && model.GetRasterBand(1)->GetColorTable() == nullptr)) return;
+  throw ToolError(
+      "{}: is a picture in colours, no elevation model; give the raster of heights it was made of", name);
+}
+
+/// The two least of different values and the two largest, of what has been added.
+struct Ends {
+  double least[2] = {INFINITY, INFINITY};
+  double largest[2] = {-INFINITY, -INFINITY};
+
+  void add(double z) {
+    if (z < least[0]) {
+      least[1] = least[0];
+      least[0] = z;
+    } else if (z > least[0] && z < least[1]) {
+      least[1] = z;
+    }
+    if (z > largest[0]) {
+      largest[1] = largest[0];
+      largest[0] = z;
+    } else if (z < largest[0] && z > largest[1]) {
+      largest[1] = z;
+    }
+  }
+};
+
+constexpr int kAroundPx = 64;            // of the places: ground to compare with
+constexpr double kMostLooked = 64e6;     // pixels
+constexpr double kVoidStep_m = 50.0;     // to the next height: no cliff of one height alone
+constexpr double kVoidTimesRange = 4.0;  // and so many times what all the others span
+
+/// Voids that nothing marks as no data, -9999 say, would become ground. `places` in the model's system.
+void refuse_voids(GDALRasterBand& band, GDALRasterBand* mask, const double inverse[6],
+                  const std::vector<Vec2>& places, double metres, const std::string& name, QuietGdal& quiet) {
+  double box[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+  for (const Vec2& p : places) {
+    const double column = inverse[0] + p.x() * inverse[1] + p.y() * inverse[2];
+    const double row = inverse[3] + p.x() * inverse[4] + p.y() * inverse[5];
+    if (!std::isfinite(column) || !std::isfinite(row)) continue;
+    box[0] = std::min(box[0], column - kAroundPx);
+    box[1] = std::min(box[1], row - kAroundPx);
+    box[2] = std::max(box[2], column + kAroundPx);
+    box[3] = std::max(box[3], row + kAroundPx);
+  }
+  const int x0 = static_cast<int>(std::clamp(box[0], 0.0, 1.0 * band.GetXSize()));
+  const int y0 = static_cast<int>(std::clamp(box[1], 0.0, 1.0 * band.GetYSize()));
+  const int width = static_cast<int>(std::clamp(box[2], 0.0, 1.0 * band.GetXSize())) - x0;
+  const int height = static_cast<int>(std::clamp(box[3], 0.0, 1.0 * band.GetYSize())) - y0;
+  if (width <= 0 || height <= 0) return;
+  const int step = 1 + static_cast<int>(1.0 * width * height / kMostLooked);
+  std::vector<double> z(static_cast<std::size_t>(width));
+  std::vector<std::uint8_t> valid(z.size(), 255);
+  Ends ends;
+  for (int y = y0; y < y0 + height; y += step) {
+    quiet.check(band.RasterIO(GF_Read, x0, y, width, 1, z.data(), width, 1, GDT_Float64, 0, 0, nullptr));
+    if (mask != nullptr)
+      quiet.check(mask->RasterIO(GF_Read, x0, y, width, 1, valid.data(), width, 1, GDT_Byte, 0, 0, nullptr));
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      if (valid[i] != 0 && std::isfinite(z[i])) ends.add(z[i]);
+    }
+  }
+  const double others = ends.largest[1] - ends.least[1];
+  if (quiet.failed() || !(others >= 0.0)) return;  // of two values nothing can be told
+  const auto refuse_far = [&](const double end[2]) {
+    const double away = std::fabs(end[0] - end[1]);
+    if (away * std::fabs(metres) <= kVoidStep_m || away <= kVoidTimesRange * others) return;
+    throw ToolError(
+        "{}: has pixels of {} where all others are {:.4g} or more away, and nothing marks them as no data; mark "
+        "them with gdal_edit.py -a_nodata {}",
+        name, end[0], away, end[0]);
+  };
+  refuse_far(ends.least);
+  refuse_far(ends.largest);
+}
+
 }  // namespace
 
 GroundHeights heights_at(const std::filesystem::path& dem, const std::vector<Vec2>& places,
@@ -158,9 +243,10 @@ GroundHeights heights_at(const std::filesystem::path& dem, const std::vector<Vec
     throw ToolError("{}: has no geo-reference; give an elevation model with one (GeoTIFF, or a world file)",
                     name);
   }
+  refuse_picture(*model, name);
   GDALRasterBand& band = *model->GetRasterBand(1);
   GDALRasterBand* const mask = band.GetMaskFlags() == GMF_ALL_VALID ? nullptr : band.GetMaskBand();
-  const double unit_m = metres_a_unit(*model, band, name);
+  const double unit_m = metres_a_unit(*model, band, name) * (counts_down(*model) ? -1.0 : 1.0);
   const double scale = band.GetScale(nullptr);
   const double offset = band.GetOffset(nullptr);
   if (!(std::fabs(scale) > 0.0))
@@ -178,6 +264,7 @@ GroundHeights heights_at(const std::filesystem::path& dem, const std::vector<Vec
                                      inverse[4] * metre.x() + inverse[5] * metre.y());
     if (std::isfinite(pixels) && pixels > 0.0) heights.pixel_m = 1.0 / pixels;
   }
+  refuse_voids(band, mask, inverse, looked_up, scale * unit_m, name, quiet);
   for (const Place& place : places_on(band, inverse, looked_up)) {
     const double z_m = (height_at(band, mask, place, quiet) * scale + offset) * unit_m;
     if (quiet.failed()) throw ToolError("{}: cannot be read whole{}; check the file", name, quiet.reason());

@@ -19,16 +19,17 @@ struct GroundHeights {
 
 /// Of `places` (frame `map`) from `dem`, band 1 of any raster that GDAL opens, times its scale plus its
 /// offset where it has them, in metres: of the unit of the band, else of the vertical system, metres where
-/// neither is told. Heights are above what the model counts them from (geoid, ellipsoid, sphere). Bilinear
-/// between the centres of the four pixels around; the outermost half pixel has the height of the nearest
-/// centres. NaN outside, and where one of the pixels that count has no data. Places are taken to the
-/// model's reference system where it is not `reference_system`; a model or a map without one counts as being
-/// in the other's.
+/// neither is told, and turned round where its vertical system counts down (depths). Heights are above what
+/// the model counts them from (geoid, ellipsoid, sphere). Bilinear between the centres of the four pixels
+/// around; the outermost half pixel has the height of the nearest centres. NaN outside, and where one of the
+/// pixels that count has no data. Places are taken to the model's reference system where it is not
+/// `reference_system`; a model or a map without one counts as being in the other's.
 ///
 /// They are looked up by blocks of the file: memory does not grow with it.
 ///
 /// Throws ToolError: cannot be opened or read, no geo-reference, systems that cannot be brought together (of
-/// two bodies, say), an unknown unit, a scale of 0.
+/// two bodies, say), an unknown unit, a scale of 0, a picture in colours; voids that nothing marks: around
+/// the places, pixels of one value more than 50 m, and four times what all others span, from the next.
 GroundHeights heights_at(const std::filesystem::path& dem, const std::vector<Vec2>& places,
                          const std::string& reference_system);
 

@@ -99,6 +99,12 @@ void test_units(void**) {
               }),
               304.8006096, 1e-6);
   assert_refused(height_of(unit("fathom")), "'fathom'");
+  assert_near(height_of([](GDALDataset& data) {
+                OGRSpatialReference system;
+                system.SetFromUserInput("EPSG:32633+5715");  // depth below mean sea level
+                data.SetSpatialRef(&system);
+              }),
+              -1000.0, 1e-9);
 }
 
 void test_between_pixels(void**) {
@@ -145,6 +151,37 @@ void test_no_data(void**) {
        {500009.0, 3999991.0}});
   assert_int_equal(sample_heights(path, boulders, "EPSG:32633"), 2);
   for (std::size_t i = 0; i < 5; ++i) assert_int_equal(std::isnan(boulders[i].ground_z_m), i < 3);
+}
+
+/// What no terrain is becomes no height: a hole of one value that nothing marks.
+void test_unmarked_voids(void**) {
+  put({{500060.0, 3999940.0}});
+  for (const double hole : {-9999.0, -32768.0, 0.0, 1e20}) {
+    const auto with_hole = [&](double x, double y) {
+      return std::hypot(x - 500060.0, y - 3999940.0) < 9.0 ? hole : 480.0 + 1e-3 * plane(x, y);
+    };
+    assert_refused(sample_heights(model({}, with_hole), boulders, "EPSG:32633"), "-a_nodata");
+    Model marked;
+    marked.no_data = hole;
+    const std::filesystem::path path = model(marked, with_hole);
+    put({{500060.0, 3999940.0}, {500030.0, 3999940.0}});
+    assert_int_equal(sample_heights(path, boulders, "EPSG:32633"), 1);
+  }
+  // A cliff is ground.
+  const std::filesystem::path cliff =
+      model({}, [](double x, double y) { return (x > 500060.0 ? 400.0 : 0.0) + plane(x, y); });
+  assert_int_equal(sample_heights(cliff, boulders, "EPSG:32633"), 2);
+}
+
+void test_picture(void**) {
+  put({{1.0, -1.0}});
+  const std::string path = scratch.path("relief.tif").string();
+  std::unique_ptr<GDALDataset> data(
+      GetGDALDriverManager()->GetDriverByName("GTiff")->Create(path.c_str(), 4, 4, 3, GDT_Byte, nullptr));
+  double geo[6] = {0.0, 1.0, 0.0, 0.0, 0.0, -1.0};
+  data->SetGeoTransform(geo);
+  data.reset();
+  assert_refused(sample_heights(path, boulders, "local"), "picture");
 }
 
 /// A model in another system: the same plane in the map's coordinates comes out.
@@ -203,6 +240,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_units),           cmocka_unit_test(test_between_pixels),
       cmocka_unit_test(test_rim_and_outside), cmocka_unit_test(test_no_data),
+      cmocka_unit_test(test_unmarked_voids),  cmocka_unit_test(test_picture),
       cmocka_unit_test(test_another_system),  cmocka_unit_test(test_a_single_pixel),
       cmocka_unit_test(test_refusals),        cmocka_unit_test(test_rendered_field),
   };
