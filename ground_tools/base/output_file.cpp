@@ -116,6 +116,13 @@ void write_file(const std::filesystem::path& path, std::string_view text) {
   file.commit();
 }
 
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b) {
+  std::error_code failed;
+  if (std::filesystem::exists(a, failed) && std::filesystem::exists(b, failed))
+    return std::filesystem::is_regular_file(a, failed) && std::filesystem::equivalent(a, b, failed);
+  return std::filesystem::absolute(a).lexically_normal() == std::filesystem::absolute(b).lexically_normal();
+}
+
 std::vector<std::uint8_t> read_file(const std::filesystem::path& path) {
   std::FILE* file = std::fopen(path.c_str(), "rb");
   if (file == nullptr)

@@ -57,6 +57,9 @@ class OutputByName {
 /// The whole of a file in one call.
 void write_file(const std::filesystem::path& path, std::string_view text);
 
+/// Two names of one file, there already or not; what is no plain file, /dev/null say, is never one.
+bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
+
 /// Reads a whole file; throws ToolError that names it.
 std::vector<std::uint8_t> read_file(const std::filesystem::path& path);
 

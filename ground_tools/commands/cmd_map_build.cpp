@@ -590,14 +590,18 @@ void add_map_build(Command map) {
   build_app.add_option(
       "ORTHO", o.ortho,
       "orthoimage that GDAL opens, geo-referenced in metres (GeoTIFF, or world file beside it)");
-  build_app.add_option("-o,--output", o.output, "the map to write (.cmap)").required();
-  build_app.add_option("--csv", o.csv,
-                       "also write the boulders as a table (.csv, with .csvt and .prj beside it)");
-  build_app.add_option("--gpkg", o.gpkg, "and as a GeoPackage");
-  build_app.add_option("--quicklook", o.quicklook,
-                       "also write a picture of them over the orthoimage "
-                       "(.png)");
-  build_app.add_option("--quality", o.quality, "also write what the map's last line says of it (.json)");
+  build_app.add_option("-o,--output", o.output, "the map to write (.cmap)").written().required();
+  build_app
+      .add_option("--csv", o.csv, "also write the boulders as a table (.csv, with .csvt and .prj beside it)")
+      .written();
+  build_app.add_option("--gpkg", o.gpkg, "and as a GeoPackage").written();
+  build_app
+      .add_option("--quicklook", o.quicklook,
+                  "also write a picture of them over the orthoimage "
+                  "(.png)")
+      .written();
+  build_app.add_option("--quality", o.quality, "also write what the map's last line says of it (.json)")
+      .written();
   build_app.add_option(
       "--dem", o.dem,
       "elevation model that GDAL opens: the map carries its heights, the tables those under each boulder");
@@ -655,10 +659,12 @@ void add_map_build(Command map) {
       .within(kLeastTilePx, kMostTilePx);
   build_app.add_option("--threads", o.threads, "threads (default: all cores); the map does not depend on it")
       .within(1, kMostThreads);
-  build_app.add_option(
-      "--state", o.state,
-      "keep finished tiles in this file, so that an interrupted run can be resumed (default: OUTPUT.part "
-      "for images of 64 Mpixel and more)");
+  build_app
+      .add_option(
+          "--state", o.state,
+          "keep finished tiles in this file, so that an interrupted run can be resumed (default: OUTPUT.part "
+          "for images of 64 Mpixel and more)")
+      .written();
   const char* detector = "Detector";
   build_app
       .add_option(

@@ -193,7 +193,7 @@ void add_map_diff(Command map) {
                   "largest common shift to look for, m (default: ten times "
                   "--within)")
       .positive();
-  diff_app.add_option("--csv", d.csv, "write removed, added and moved boulders as a table");
+  diff_app.add_option("--csv", d.csv, "write removed, added and moved boulders as a table").written();
   diff_app.add_flag("--json", d.json, "one JSON object on stdout");
   diff_app.on_run([compared] { diff(*compared); });
 }

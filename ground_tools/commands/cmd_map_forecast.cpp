@@ -205,10 +205,10 @@ void add_map_forecast(Command map) {
          "shapefile")
       .required();
   app.add_option("-o,--output", o.output, "folder for forecast.csv, .geojson, .svg and .json");
-  app.add_option("--csv", o.csv, "write the table here");
-  app.add_option("--geojson", o.geojson, "write stations, ellipses and blind stretches here");
-  app.add_option("--gpkg", o.geopackage, "and here as a GeoPackage, a layer for each kind");
-  app.add_option("--plot", o.plot, "write the picture (SVG) here");
+  app.add_option("--csv", o.csv, "write the table here").written();
+  app.add_option("--geojson", o.geojson, "write stations, ellipses and blind stretches here").written();
+  app.add_option("--gpkg", o.geopackage, "and here as a GeoPackage, a layer for each kind").written();
+  app.add_option("--plot", o.plot, "write the picture (SVG) here").written();
   app.add_flag("--json", o.json, "print JSON instead of the table");
   app.add_option("--blind-below", o.model.blind_below,
                  "least probability of being applied for a fix to be counted on")

@@ -122,7 +122,7 @@ void add_map_merge(Command map) {
   Command merge_app =
       map.add_command("merge", "join maps of one reference system into one; the order does not matter");
   merge_app.add_option("MAPS", m.maps, "maps (.cmap), two or more").required();
-  merge_app.add_option("-o,--output", m.output, "the map to write (.cmap)").required();
+  merge_app.add_option("-o,--output", m.output, "the map to write (.cmap)").written().required();
   merge_app
       .add_option("--within", m.within_m,
                   "entries of different maps are one boulder within this distance, m (default: two pixels "

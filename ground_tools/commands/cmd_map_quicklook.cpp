@@ -49,6 +49,7 @@ void add_map_quicklook(Command map) {
   Command quicklook_app = map.add_command("quicklook", "draw a map's boulders over the orthoimage");
   quicklook_app.add_option("MAP", q.map, "map (.cmap)").required();
   quicklook_app.add_option("-o,--output", q.output, "picture to write (.png), with .png.aux.xml beside it")
+      .written()
       .required();
   quicklook_app.add_option("--ortho", q.params.ortho, "orthoimage to draw on (default: plain ground)");
   quicklook_app.add_option("--band", q.params.band, "band of the orthoimage (default: as for map build)")

@@ -55,8 +55,8 @@ void add_map_unpack(Command map) {
   UnpackOptions& u = *unpacked;
   Command unpack_app = map.add_command("unpack", "write a map's boulders as CSV, GeoPackage or both");
   unpack_app.add_option("MAP", u.map, "map (.cmap)").required();
-  unpack_app.add_option("--csv", u.csv, "table to write (.csv), with .csvt and .prj beside it");
-  unpack_app.add_option("--gpkg", u.gpkg, "GeoPackage to write (.gpkg)");
+  unpack_app.add_option("--csv", u.csv, "table to write (.csv), with .csvt and .prj beside it").written();
+  unpack_app.add_option("--gpkg", u.gpkg, "GeoPackage to write (.gpkg)").written();
   unpack_app.add_option("--dem", u.dem, "elevation model: height of the ground under each boulder");
   unpack_app.add_flag("--salvage", u.salvage, "read the intact tiles of a damaged map");
   unpack_app.add_flag("--json", u.json, "one JSON object on stdout");

@@ -110,7 +110,19 @@ void write_lost(const Cut& cut, const UplinkOptions& options) {
              chunks_of(cut.upload.plan), cut.upload.plan.id, bytes);
 }
 
+/// Of the folder, which may be that of the map itself.
+fs::path map_file(const UplinkOptions& options) {
+  fs::path file = options.output / "map.cmap";
+  for (const fs::path& input : {options.map, options.base}) {
+    if (options.only.empty() && !input.empty() && same_file(file, input))
+      throw ToolError("{}: would be overwritten by the corridor's map; choose another folder",
+                      input.string());
+  }
+  return file;
+}
+
 void uplink(const UplinkOptions& options) {
+  const fs::path file = map_file(options);
   const CmapContent whole = load_map(options.map);
   const std::vector<Vec2> way = read_way(options.path, whole.reference_system);
   warn_of_way(options.path, way);
@@ -140,7 +152,7 @@ void uplink(const UplinkOptions& options) {
   const std::uint32_t use = sequence++;
   const std::string report = to_json(cut, options.params, sequence);
   make_folder(options.output);
-  OutputFile map(options.output / "map.cmap");
+  OutputFile map(file);
   map.write(cut.map);
   write_packets(options.output / "upload.tc", packets);
   write_packets(options.output / "use.tc", {use_packet(cut.upload, use)});

@@ -54,9 +54,10 @@ void add_mask_command(Command app) {
       "The rover itself in its pictures: from a drawing to the mission's table, which flight code takes");
   command.add_option("PICTURE", options->picture, "of the left camera's size, white where the rover is")
       .required();
-  command.add_option(
-      "-o,--output", options->output,
-      "own_hardware.hpp in the mission's folder of mission_cfg; without it the cells are shown");
+  command
+      .add_option("-o,--output", options->output,
+                  "own_hardware.hpp in the mission's folder of mission_cfg; without it the cells are shown")
+      .written();
   command.on_run([options] { run(*options); });
 }
 

@@ -50,7 +50,8 @@ void add_report_command(Command app) {
   const auto options = std::make_shared<ReportOptions>();
   Command command = app.add_command("report", "Make one page (HTML) that shows the results of runs");
   command.add_option("runs", options->folders, "folders that cairn run wrote").required();
-  command.add_option("-o,--output", options->output, "the page (default: report.html in the first folder)");
+  command.add_option("-o,--output", options->output, "the page (default: report.html in the first folder)")
+      .written();
   command.add_option(
       "--forecast", options->forecast,
       "forecast.csv of the drive (cairn map forecast): also tell whether so few fixes were to be "

@@ -211,9 +211,11 @@ void add_rig_command(Command app) {
   command.add_flag("--raw", options->raw, "of the raw images, where the files tell of rectified ones, too");
   command.add_flag("--colour", options->question.colour, "KITTI: cameras 2 and 3 in place of 0 and 1");
   command.add_flag("--json", options->json, "print JSON");
-  command.add_option("--table", options->table,
-                     "write the tables as a header for the flight module (doc/guide/integration.md)");
-  command.add_option("--svg", options->svg, "draw what of the rectified images has a source");
+  command
+      .add_option("--table", options->table,
+                  "write the tables as a header for the flight module (doc/guide/integration.md)")
+      .written();
+  command.add_option("--svg", options->svg, "draw what of the rectified images has a source").written();
   command.on_run([options] { run(*options); });
 }
 

@@ -184,7 +184,7 @@ void add_table_command(Command app) {
                   "folders that cairn run wrote; runs with maps of the same name "
                   "are grouped")
       .required();
-  command.add_option("-o,--output", options->output, "the same as CSV");
+  command.add_option("-o,--output", options->output, "the same as CSV").written();
   command.on_run([options] { tabulate(*options); });
 }
 

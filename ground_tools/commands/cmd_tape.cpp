@@ -150,7 +150,7 @@ void add_tape_command(Command app) {
   command.add_option("--dataset", options->dataset, "folder of stereo pairs, with truth").required();
   command.add_option("--map", options->map, "flight map (.cmap)");
   command.add_option("--frames", options->frames, "FIRST:END, counted from 0");
-  command.add_option("-o,--output", options->output, "the tape").required();
+  command.add_option("-o,--output", options->output, "the tape").written().required();
   command.on_run([options] { write_tape(*options); });
 }
 

@@ -7,7 +7,37 @@
 #include <utility>
 #include <vector>
 
+#include "base/output_file.hpp"
+
 namespace cairn::ground {
+namespace {
+
+constexpr const char* kWritten = "written";
+
+bool is_written(CLI::Option* option) {
+  try {
+    return option->get_validator(kWritten) != nullptr;
+  } catch (const CLI::OptionNotFound&) {
+    return false;
+  }
+}
+
+/// An input that is an output, too, would be gone.
+void check_written(CLI::App& command) {
+  for (const CLI::Option* to : command.get_options(is_written)) {
+    for (const CLI::Option* other : command.get_options()) {
+      if (other == to || to->count() == 0) continue;
+      for (const std::string& value : other->results()) {
+        if (value.empty() || !same_file(to->results().front(), value)) continue;
+        throw CLI::ValidationError(to->get_name(),
+                                   value + " is given as " + other->get_name() +
+                                       ", too, and would be overwritten; choose another name");
+      }
+    }
+  }
+}
+
+}  // namespace
 
 OptionRules& OptionRules::required() {
   option_->required();
@@ -45,6 +75,10 @@ OptionRules& OptionRules::separated_by(char mark) {
   option_->delimiter(mark);
   return *this;
 }
+OptionRules& OptionRules::written() {
+  option_->check([](const std::string&) { return std::string(); }, "", kWritten);
+  return *this;
+}
 OptionRules& OptionRules::needs(const std::string& other) {
   option_->needs(other);
   return *this;
@@ -66,7 +100,12 @@ Command Command::add_command(const std::string& name, const std::string& text) c
   return Command(*app_->add_subcommand(name, text));
 }
 void Command::require_command() const { app_->require_subcommand(1); }
-void Command::on_run(std::function<void()> run) const { app_->callback(std::move(run)); }
+void Command::on_run(std::function<void()> run) const {
+  app_->callback([app = app_, run = std::move(run)] {
+    check_written(*app);
+    run();
+  });
+}
 
 template <typename T>
 OptionRules Command::add_option(const std::string& names, T& into, const std::string& text) const {

@@ -33,6 +33,8 @@ class OptionRules {
   /// How many values in a row, 1 where not told.
   OptionRules& values(int least, int most);
   OptionRules& separated_by(char mark);
+  /// The command writes this file: another option of it may not name the same one.
+  OptionRules& written();
   OptionRules& needs(const std::string& other);
   OptionRules& excludes(const std::string& other);
   /// The variable's present value is told by --help.

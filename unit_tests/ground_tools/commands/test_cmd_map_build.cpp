@@ -300,6 +300,29 @@ void test_ranks(void**) {
   assert_true(once != std::string::npos && ended.errors.find("cairn: ", once + 1) == std::string::npos);
 }
 
+/// What is read is still there, whatever names it as an output.
+void test_inputs_are_kept(void**) {
+  for (const char* name : {"input.tif", "input_dem.tif"}) fs::copy_file(file("site.tif"), file(name));
+  fs::copy_file(file("whole.csv"), file("input.csv"));
+  fs::create_symlink(file("input.tif"), file("link.png"));
+  const std::string image = "map build " + file("input.tif") + " --sun 40,270 --dem " + file("input_dem.tif");
+  const std::string table = "map build --from-csv " + file("input.csv");
+  const std::string free = " -o " + file("free.cmap");
+  for (const std::string& bad :
+       {image + " -o " + file("input.tif"), image + " -o " + file("input_dem.tif"),
+        image + free + " --quicklook " + file("link.png"),
+        image + free + " --quality " + file("x/../input.tif"), image + free + " --csv " + file("free.cmap"),
+        table + " -o " + file("input.csv"), table + free + " --csv " + file("input.csv"),
+        "map quicklook " + file("whole.cmap") + " -o " + file("whole.cmap"),
+        "map unpack " + file("whole.cmap") + " --gpkg " + file("whole.cmap"),
+        "map merge " + file("whole.cmap") + " " + file("again.cmap") + " -o " + file("again.cmap")})
+    test::check_refusal(scratch, bad, "would be overwritten", "choose another name");
+  assert_true(read_file(file("input.tif")) == read_file(file("site.tif")));
+  assert_true(read_file(file("input_dem.tif")) == read_file(file("site.tif")));
+  assert_true(read_file(file("input.csv")) == read_file(file("whole.csv")));
+  assert_false(fs::exists(file("free.cmap")));
+}
+
 }  // namespace
 
 int main() {
@@ -315,6 +338,7 @@ int main() {
       cmocka_unit_test(test_craters_alone),
       cmocka_unit_test(test_three_bands_are_their_mean),
       cmocka_unit_test(test_ranks),
+      cmocka_unit_test(test_inputs_are_kept),
   };
   return cmocka_run_group_tests_name("ground_tools/commands/cmd_map_build", tests, setup, nullptr);
 }

@@ -66,6 +66,19 @@ void test_packets(void**) {
   assert_int_equal(expected.size() + 16, link_bytes(cut.upload.plan));
 }
 
+/// The folder may be that of the map, and then what is whole stays whole.
+void test_the_whole_map_stays(void**) {
+  fs::create_directory(scratch.path("own"));
+  fs::copy_file(scratch.path("site.cmap"), scratch.path("own/map.cmap"));
+  const std::string path = " --path " + scratch.path("path.csv").string();
+  test::check_refusal(scratch, "map uplink " + scratch.path("own/map.cmap").string() + path + to("own"),
+                      "overwritten", "another folder");
+  test::check_refusal(scratch,
+                      "map uplink" + good() + to("own") + " --base " + scratch.path("own/map.cmap").string(),
+                      "overwritten", "another folder");
+  assert_true(read_file(scratch.path("own/map.cmap")) == map);
+}
+
 void test_lost_chunks_alone(void**) {
   static std::vector<std::uint8_t> sent;
   static std::vector<std::uint8_t> all;
@@ -196,6 +209,7 @@ void test_refusals(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_packets),
+      cmocka_unit_test(test_the_whole_map_stays),
       cmocka_unit_test(test_lost_chunks_alone),
       cmocka_unit_test(test_json),
       cmocka_unit_test(test_base),
