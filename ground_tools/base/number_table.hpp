@@ -25,6 +25,12 @@ std::optional<T> to_number(std::string_view text) {
 /// The same for a finite real.
 std::optional<double> to_finite(std::string_view text);
 
+/// The same as spreadsheets of half of the world write it, 1,5, with blanks around it.
+std::optional<double> to_table_number(std::string_view text);
+
+/// But for small letters and capitals.
+bool same_name(std::string_view a, std::string_view b);
+
 /// The parts between separators, one more than there are separators.
 std::vector<std::string_view> split(std::string_view text, char separator);
 
@@ -44,9 +50,10 @@ std::vector<NumberRow> read_number_rows(const std::filesystem::path& path, std::
 
 /// A CSV table: one line of column names, then rows with a field for each. Blanks and quotes around a field
 /// do not belong to it; a line without a comma may separate fields by blanks; empty lines and lines that
-/// start with '#' are left out. As spreadsheets write them, too: a byte order mark; semicolons between
-/// fields, where the names have more of these than commas; a comma for the decimal point; separators within
-/// quotes. Names are the same in small letters and capitals.
+/// start with '#' are left out. As spreadsheets write them, too: a byte order mark; semicolons or tabs
+/// between fields, where the names have more of these than commas, or what a first line `sep=;` tells; a
+/// comma for the decimal point; separators and line ends within quotes; rows of empty fields, left out.
+/// Names are the same in small letters and capitals.
 class CsvTable {
  public:
   /// `mend` ends the messages, for tables that nobody writes by hand. Throws ToolError: cannot be read,
@@ -70,7 +77,8 @@ class CsvTable {
   std::string_view word(std::size_t row, std::size_t column) const {
     return fields_[row * names_.size() + column];
   }
-  /// Throws ToolError (line) where the field is no finite number.
+  /// Throws ToolError (line) where the field is no finite number, or may be one of thousands: 500,123 between
+  /// commas, or where other fields have a decimal point; 1.234 where others have decimal commas.
   double number(std::size_t row, std::size_t column) const;
   /// The same, infinity and NaN allowed.
   double any_number(std::size_t row, std::size_t column) const;
@@ -85,6 +93,9 @@ class CsvTable {
   std::vector<std::string_view> names_;
   std::vector<std::string_view> fields_;  ///< row by row
   std::vector<int> lines_;                ///< of each row
+  bool comma_is_separator_ = false;
+  bool comma_is_decimal_ = false;  ///< in some field
+  bool point_is_decimal_ = false;
 };
 
 }  // namespace cairn::ground

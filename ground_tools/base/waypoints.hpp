@@ -15,6 +15,9 @@ namespace cairn::ground {
 /// Throws ToolError, one line: cannot be read, no such columns, not numbers, too few points, two alike.
 std::vector<Vec2> read_waypoints(const std::filesystem::path& path);
 
+/// All within the range of longitudes and latitudes.
+bool in_degrees(const std::vector<Vec2>& points);
+
 /// Throws ToolError that names `name` where these are fewer than two, or two neighbours are one.
 void check_way(const std::vector<Vec2>& points, const std::string& name);
 

@@ -14,6 +14,7 @@
 #include "base/progress_line.hpp"
 #include "base/stop_signal.hpp"
 #include "base/tool_error.hpp"
+#include "base/waypoints.hpp"
 #include "cmap/cmap_file.hpp"
 #include "commands/cmd_map.hpp"
 #include "core/trig.hpp"
@@ -529,6 +530,25 @@ CmapLayout take_after(const BuildOptions& options, Prepared& made, BuildOptions&
   return base.layout;
 }
 
+/// Boulders in one another are degrees in columns of metres.
+void warn_of_degrees(const fs::path& table, const std::vector<TableBoulder>& boulders) {
+  std::vector<Vec2> places;
+  double largest_m = 0.0;
+  for (const TableBoulder& b : boulders) {
+    places.push_back(b.p_map_m);
+    largest_m = std::max(largest_m, b.diameter_m);
+  }
+  const MapExtent e = extent_of(boulders);
+  if (boulders.size() < 2 || !in_degrees(places) ||
+      std::max(e.max_x_m - e.min_x_m, e.max_y_m - e.min_y_m) > largest_m)
+    return;
+  fmt::print(
+      stderr,
+      "cairn: warning: {}: all {} boulders lie within the largest one's diameter of {:.3g} m; x and y are "
+      "taken as metres (are they degrees?)\n",
+      table.string(), boulders.size(), largest_m);
+}
+
 void build_from_table(const BuildOptions& options) {
   OutputFile map(options.output);
   Prepared made;
@@ -545,6 +565,7 @@ void build_from_table(const BuildOptions& options) {
     throw ToolError("{}: contains no boulder of {} m or more; lower --min-diameter or give another table",
                     table.string(), options.min_diameter_m);
   }
+  warn_of_degrees(table, made.boulders);
   made.source.parameters = fmt::format("table min_diameter_m={}", options.min_diameter_m);
   if (!options.like.empty()) {
     BuildOptions as_base = options;

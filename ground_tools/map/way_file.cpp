@@ -29,10 +29,10 @@ constexpr double kSameBody = 0.02;
 constexpr double kWayInDegrees = 0.1;
 
 bool is_plain_table(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  if (std::find(std::begin(kTables), std::end(kTables), ending) == std::end(kTables)) return false;
+  const std::string ending = path.extension().string();
+  if (std::none_of(std::begin(kTables), std::end(kTables),
+                   [&](std::string_view table) { return same_name(ending, table); }))
+    return false;
   const CsvTable table(path);
   return table.find({"x_m", "x"}) || !table.find({"wkt", "wkt_geom", "geometry", "geom"});
 }
@@ -116,9 +116,7 @@ void take_to(const std::string& reference_system, const OGRSpatialReference* own
              std::vector<Vec2>& points) {
   const std::string system = reference_text(own);
   const bool angles = own != nullptr && own->IsGeographic() != 0;
-  const bool degrees = angles && std::all_of(points.begin(), points.end(), [](const Vec2& p) {
-                         return std::fabs(p.x()) <= 360.0 && std::fabs(p.y()) <= 90.0;
-                       });
+  const bool degrees = angles && in_degrees(points);
   if (is_local_reference(reference_system) && degrees && span_of(points) < kWayInDegrees)
     throw ToolError(
         "{}: its coordinates are degrees, and the map's system is a local one; save it in metres "

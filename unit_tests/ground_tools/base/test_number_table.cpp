@@ -59,6 +59,37 @@ void test_csv_of_spreadsheets(void**) {
   assert_refused(CsvTable(scratch.file("wide.csv", std::string("\xFF\xFEx\0", 4))), "UTF-8");
 }
 
+/// What else spreadsheets write: each of these is the row 1.5, 2.5, 0.5.
+void test_csv_of_other_spreadsheets(void**) {
+  for (const char* text :
+       {"sep=;\r\nx;y;d\r\n1,5;2,5;0,5\r\n", "\"sep=,\"\nx,y,d\n1.5,2.5,0.5\n", "x;y;d\n1,5;2,5;0,5\n;;\n",
+        "x,y,d\n\"\",\"\",\"\"\n1.5,2.5,0.5\n", "x\ty\td\n1,5\t2,5\t0,5\n", "x\ty\td\n1.5\t\t2.5\t0.5\n",
+        "x;y;d;\"a, b, c, d\"\n1,5;2,5;0,5;z\n", "x,y,d,note\n1.5,2.5,0.5,\"a\nb, \"\"c\"\"\n\nd\"\n"}) {
+    const CsvTable table(scratch.file("sheet.csv", text));
+    assert_int_equal(table.size(), 1);
+    for (std::size_t i = 0; i < 3; ++i)
+      assert_near(table.number(0, i), i == 0 ? 1.5 : i == 1 ? 2.5 : 0.5, 0.0);
+  }
+  // Lines count on behind a line end in quotes; a quote within a word begins nothing.
+  const CsvTable lines(scratch.file("lines.csv", "x,note\n1,\"a\nb\"\n2,5\" wide\n3,c\n"));
+  assert_int_equal(lines.size(), 3);
+  assert_int_equal(lines.line(1), 4);
+  assert_true(lines.word(0, 1) == "a\nb");
+}
+
+/// A mark between thousands is never the decimal mark in silence.
+void test_thousands(void**) {
+  for (const char* text :
+       {"x,y\n\"500,123\",0.5\n", "x,y\n\"500,123\",7\n", "x;y\n1.234;0,5\n", "x;y\n1,234;0.5\n"})
+    assert_refused(CsvTable(scratch.file("thousands.csv", text)).number(0, 0), "thousands.csv:2: ");
+  for (const char* text :
+       {"x;y\n500,123;7\n", "x;y\n500,123;0,5\n", "x,y\n500.123,7\n", "x,y\n\"500,123\",\"0,5\"\n"})
+    assert_near(CsvTable(scratch.file("fraction.csv", text)).number(0, 0), 500.123, 0.0);
+  assert_near(CsvTable(scratch.file("fraction.csv", "x;y\n-0,123;0.5\n")).number(0, 0), -0.123, 0.0);
+  assert_near(*to_table_number(" 1,35 "), 1.35, 0.0);
+  assert_false(to_table_number("1.234,5").has_value());
+}
+
 void test_csv_refusals(void**) {
   assert_refused(CsvTable(scratch.path("absent.csv")), "absent.csv");
   assert_refused(CsvTable(scratch.file("bad.csv", "\n# nothing\n")), "bad.csv: is empty");
@@ -91,6 +122,7 @@ void test_waypoint_refusals(void**) {
   refused("x,y\n1,1\n2,nan\n", ":3:");
   refused("x,y\n1,1\n2\n", ":3:");
   refused("x,y\n1,1\n1,1\n", "way-points 1 and 2 are the same");
+  refused("x,y\n15.00006,45.1505\n15.0003,45.1506\n", "are they degrees?");
   assert_refused(read_waypoints(scratch.path("not_there.csv")), "not_there.csv");
   assert_refused((check_waypoints({Vec2(1.0, 1.0), Vec2(31.0, 2.0)}, extent, "site.cmap"), 0),
                  "way-point 2 at (31.000, 2.000) lies outside site.cmap");
@@ -107,10 +139,16 @@ void test_median(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_numbers),           cmocka_unit_test(test_split),
-      cmocka_unit_test(test_csv_table),         cmocka_unit_test(test_csv_of_spreadsheets),
-      cmocka_unit_test(test_csv_refusals),      cmocka_unit_test(test_waypoints),
-      cmocka_unit_test(test_waypoint_refusals), cmocka_unit_test(test_median),
+      cmocka_unit_test(test_numbers),
+      cmocka_unit_test(test_split),
+      cmocka_unit_test(test_csv_table),
+      cmocka_unit_test(test_csv_of_spreadsheets),
+      cmocka_unit_test(test_csv_of_other_spreadsheets),
+      cmocka_unit_test(test_thousands),
+      cmocka_unit_test(test_csv_refusals),
+      cmocka_unit_test(test_waypoints),
+      cmocka_unit_test(test_waypoint_refusals),
+      cmocka_unit_test(test_median),
   };
   return cmocka_run_group_tests_name("ground_tools/base/number_table", tests, nullptr, nullptr);
 }
