@@ -10,6 +10,16 @@
 
 namespace cairn::ground {
 
+bool is_crater(std::string_view kind) { return same_name(kind, "crater") || same_name(kind, "craters"); }
+
+void check_boulder(const TableBoulder& boulder, const std::string& where) {
+  if (!(boulder.diameter_m > 0.0))
+    throw ToolError("{}: the diameter is not positive; correct or remove it", where);
+  if (!(boulder.confidence >= 0.0 && boulder.confidence <= 1.0))
+    throw ToolError("{}: a confidence of {} is no probability; give 0 to 1, per cent divided by 100", where,
+                    boulder.confidence);
+}
+
 MapExtent extent_of(const std::vector<TableBoulder>& boulders) {
   if (boulders.empty()) return {};
   constexpr double kRim = 0.01;
@@ -90,19 +100,16 @@ std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min
 
   std::vector<TableBoulder> boulders;
   for (std::size_t row = 0; row < table.size(); ++row) {
-    if (kind && table.word(row, *kind) == "crater") continue;
+    if (kind && is_crater(table.word(row, *kind))) continue;
     TableBoulder b;
     b.p_map_m = wkt ? point_of(table, row, x, path) : Vec2(table.number(row, x), table.number(row, y));
     b.diameter_m = table.number(row, diameter);
-    if (!(b.diameter_m > 0.0)) {
-      throw ToolError("{}:{}: the diameter is not positive; correct or remove this line", path.string(),
-                      table.line(row));
-    }
     b.area_m2 = 0.25 * kPi * b.diameter_m * b.diameter_m;
     for (const Optional& other : others) {
       if (!other.column || table.word(row, *other.column).empty()) continue;
       b.*other.member = table.number(row, *other.column);
     }
+    check_boulder(b, fmt::format("{}:{}", path.string(), table.line(row)));
     if (b.diameter_m >= min_diameter_m) boulders.push_back(b);
   }
   return boulders;

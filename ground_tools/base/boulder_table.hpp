@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/eigen.hpp"
@@ -21,6 +22,12 @@ struct TableBoulder {
   double confidence = 1.0;  ///< probability that a boulder stands here, 0 to 1
   double ground_z_m = std::numeric_limits<double>::quiet_NaN();  ///< of the ground there; NaN = unknown
 };
+
+/// Of a table's or a layer's column `kind`: crater or craters, in small letters or capitals.
+bool is_crater(std::string_view kind);
+
+/// Throws ToolError, `where` in front: a diameter that is not positive, a confidence beyond 0 to 1.
+void check_boulder(const TableBoulder& boulder, const std::string& where);
 
 /// A rectangle in frame `map`.
 struct MapExtent {
@@ -49,7 +56,7 @@ std::string to_csv(const std::vector<TableBoulder>& boulders, const std::vector<
 /// `min_diameter_m` are left out, and so are lines of kind crater.
 ///
 /// Throws ToolError: cannot be read, empty, a column missing, a line with more or fewer fields than the first
-/// or with no finite number in a field that is needed, a diameter that is not positive.
+/// or with no finite number in a field that is needed, what check_boulder() refuses.
 std::vector<TableBoulder> read_csv(const std::filesystem::path& path, double min_diameter_m = 0.0);
 
 }  // namespace cairn::ground

@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/quiet_gdal.hpp"
 #include "base/tool_error.hpp"
@@ -186,6 +187,23 @@ std::string reference_beside(const std::filesystem::path& csv) {
   return reference_text(&system);
 }
 
+namespace {
+
+/// Of a column of numbers, or of text that holds them; nothing where it is empty.
+std::optional<double> number_of(const OGRFeature& feature, int column, const std::string& where) {
+  if (!feature.IsFieldSetAndNotNull(column)) return std::nullopt;
+  if (feature.GetFieldDefnRef(column)->GetType() != OFTString) return feature.GetFieldAsDouble(column);
+  const std::string text = feature.GetFieldAsString(column);
+  if (text.find_first_not_of(' ') == std::string::npos) return std::nullopt;
+  const std::optional<double> value = to_table_number(text);
+  if (!value)
+    throw ToolError("{}: '{}' in field '{}' is not a number; correct it, or make the field one of numbers",
+                    where, text, feature.GetFieldDefnRef(column)->GetNameRef());
+  return value;
+}
+
+}  // namespace
+
 PointLayer read_points(const std::filesystem::path& path, double min_diameter_m) {
   const std::string name = path.string();
   const QuietGdal quiet;
@@ -201,27 +219,29 @@ PointLayer read_points(const std::filesystem::path& path, double min_diameter_m)
   if (diameter < 0) diameter = fields.GetFieldIndex("diameter");
   if (diameter < 0)
     throw ToolError("{}: layer '{}' has no field 'diameter_m' or 'diameter'; add it", name, layer->GetName());
+  const int kind = fields.GetFieldIndex("kind");
   PointLayer read;
   const OGRSpatialReference* const system = layer->GetSpatialRef();
   if (system != nullptr && system->IsGeographic() != 0)
     throw ToolError("{}: its coordinates are degrees; save it in a projected system in metres", name);
   read.reference_system = reference_text(system);
   for (const auto& feature : *layer) {
+    if (kind >= 0 && is_crater(feature->GetFieldAsString(kind))) continue;
+    const std::string where = fmt::format("{}: feature {}", name, feature->GetFID());
     const OGRGeometry* const shape = feature->GetGeometryRef();
     if (shape == nullptr || wkbFlatten(shape->getGeometryType()) != wkbPoint)
-      throw ToolError("{}: feature {} is no point; export the boulders as points", name, feature->GetFID());
+      throw ToolError("{} is no point; export the boulders as points", where);
     TableBoulder b;
     b.p_map_m = Vec2(shape->toPoint()->getX(), shape->toPoint()->getY());
-    b.diameter_m = feature->GetFieldAsDouble(diameter);
-    if (!(b.diameter_m > 0.0) || !b.p_map_m.allFinite())
-      throw ToolError("{}: feature {} has no positive diameter or no place; correct or remove it", name,
-                      feature->GetFID());
+    if (!b.p_map_m.allFinite()) throw ToolError("{} has no place; correct or remove it", where);
+    b.diameter_m = number_of(*feature, diameter, where).value_or(0.0);
     b.area_m2 = 0.25 * kPi * b.diameter_m * b.diameter_m;
     for (const Field& field : kFields) {
       const int at = fields.GetFieldIndex(field.name);
-      if (at >= 0 && at != diameter && feature->IsFieldSetAndNotNull(at))
-        b.*field.member = feature->GetFieldAsDouble(at);
+      if (at >= 0 && at != diameter)
+        b.*field.member = number_of(*feature, at, where).value_or(b.*field.member);
     }
+    check_boulder(b, where);
     if (b.diameter_m >= min_diameter_m) read.boulders.push_back(b);
   }
   return read;

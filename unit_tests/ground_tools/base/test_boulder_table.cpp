@@ -37,6 +37,9 @@ void test_craters_stay_out(void**) {
   table = read_csv(scratch.file("craters.csv", text));
   assert_int_equal(table.size(), 1);
   assert_near(table[0].diameter_m, 1.0, 0.0);
+  table = read_csv(scratch.file(
+      "craters.csv", "x,y,diameter,kind\n1,1,9,Crater\n2,2,9,\"CRATERS\"\n3,3,1,Boulder\n4,4,1,\n"));
+  assert_int_equal(table.size(), 2);
 }
 
 void test_columns_by_name(void**) {
@@ -74,6 +77,8 @@ void test_refusals(void**) {
   assert_refused(read_csv(scratch.file("nan.csv", "x,y,diameter\nnan,2,3\n")), "is not a number");
   assert_refused(read_csv(scratch.file("inf.csv", "x,y,diameter\n1,1e999,3\n")), "is not a number");
   assert_refused(read_csv(scratch.file("zero.csv", "x,y,diameter\n1,2,0\n")), "zero.csv:2: the diameter");
+  for (const char* text : {"x,y,diameter,confidence\n1,2,3,87\n", "x,y,diameter,confidence\n1,2,3,-0.1\n"})
+    assert_refused(read_csv(scratch.file("sure.csv", text)), "sure.csv:2: a confidence");
 }
 
 void test_extent(void**) {

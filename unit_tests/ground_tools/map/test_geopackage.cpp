@@ -1,6 +1,7 @@
 // Boulder tables for geographic information systems, read back by GDAL's own reader and by ogrinfo.
 #include "map/geopackage.hpp"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 #include <ogrsf_frmts.h>
 
@@ -111,6 +112,27 @@ void test_craters_have_a_layer(void**) {
   assert_int_equal(read_points(scratch.path("craters.gpkg")).boulders.size(), 50);
 }
 
+/// A layer that somebody saved: fields of text, a column that tells craters.
+void test_a_layer_saved_by_hand(void**) {
+  const auto save = [](const char* diameter, const char* kind) {
+    return scratch.file(
+        "hand.geojson",
+        fmt::format(R"({{"type":"FeatureCollection","crs":{{"type":"name","properties":{{"name":)"
+                    R"("EPSG:32633"}}}},"features":[{{"type":"Feature","properties":{{"diameter_m":)"
+                    R"("{}","confidence":" 0,5","kind":"{}"}},"geometry":{{"type":"Point",)"
+                    R"("coordinates":[5.0,6.0]}}}}]}})",
+                    diameter, kind));
+  };
+  const PointLayer layer = read_points(save("1,35", "boulder"));
+  assert_int_equal(layer.boulders.size(), 1);
+  assert_near(layer.boulders[0].diameter_m, 1.35, 0.0);
+  assert_near(layer.boulders[0].confidence, 0.5, 0.0);
+  assert_near(read_points(save("1.35", "")).boulders.at(0).diameter_m, 1.35, 0.0);
+  assert_true(read_points(save("1.35", "Crater")).boulders.empty());
+  assert_refused(read_points(save("1.35 m", "boulder")), "'1.35 m' in field 'diameter_m'");
+  assert_refused(read_points(save("", "boulder")), "diameter is not positive");
+}
+
 /// However a system is written, the file's system means the same.
 /// What is written is read as it was.
 void test_points_are_boulders_again(void**) {
@@ -212,6 +234,7 @@ int main() {
       cmocka_unit_test(test_read_back),
       cmocka_unit_test(test_craters_have_a_layer),
       cmocka_unit_test(test_points_are_boulders_again),
+      cmocka_unit_test(test_a_layer_saved_by_hand),
       cmocka_unit_test(test_reference_systems),
       cmocka_unit_test(test_same_table_same_bytes),
       cmocka_unit_test(test_ogrinfo),
