@@ -147,6 +147,7 @@ void print_camera(const char* name, const CameraModel& c) {
 }
 
 void run(RigOptions options) {
+  options.question.raw_alone = options.raw;
   options.question.images = options.raw ? ImagesAre::kRaw : ImagesAre::kRectified;
   const CameraPair pair = read_rig(options.files, options.question);
   const RigFacts facts = facts_of(pair);

@@ -72,6 +72,7 @@ struct CameraPair {
   /// poses.txt), EuRoC's body.
   Pose3 T_cam0_left;
   Pose3 T_body_left;
+  bool rectified_alone = false;    ///< the calibration tells of no raw images
   std::vector<std::string> notes;  ///< what had to be decided, a line each
 };
 

@@ -271,6 +271,7 @@ void Dataset::read_calibration(const std::vector<fs::path>& given, ImagesAre ima
                                                              : left_folder_.filename().string();
   RigQuestion question;
   question.images = images_are;
+  question.raw_alone = images_are == ImagesAre::kRaw;
   question.colour = name == "image_2" || name == "image_02";
   cameras_ = read_rig(files, question);
   const auto of_these = [this](const CameraPair& pair) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "base/number_table.hpp"
 #include "base/output_file.hpp"
@@ -57,7 +58,18 @@ CameraPair pair_of_projections(const std::string& left_where, const Numbers& lef
   pair.right = b.camera;
   pair.T_right_left.t = b.p_cam_origin_m - a.p_cam_origin_m;
   pair.T_cam0_left.t = -a.p_cam_origin_m;
+  pair.rectified_alone = true;
   return pair;
+}
+
+/// The raw cameras of a rectified pair, by the turns of rectification, p_rect = R p_raw.
+void take_raw(const CameraModel& left, const Quat& q_rect_left, const CameraModel& right,
+              const Quat& q_rect_right, CameraPair& pair) {
+  const Vec3 none(0.0, 0.0, 0.0);
+  pair.left = left;
+  pair.right = right;
+  pair.T_right_left = Pose3{q_rect_right, none}.inverse() * pair.T_right_left * Pose3{q_rect_left, none};
+  pair.rectified_alone = false;
 }
 
 void take_camera_matrix(const std::string& where, const Numbers& k, CameraModel& camera) {
@@ -92,13 +104,12 @@ void take_distortion(const std::string& where, const std::string& model, const N
   for (const char c : model) {
     if (c != '-' && c != '_' && c != ' ') name += static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
   }
-  if (std::all_of(d.begin(), d.end(), [](double k) { return k == 0.0; }) &&
-      (name != "equidistant" && name != "fisheye" && name != "kannalabrandt4"))
-    return;
-  const bool fisheye = name == "equidistant" || name == "fisheye" || name == "kannalabrandt4";
+  const bool fisheye =
+      name == "equidistant" || name == "fisheye" || name == "kannalabrandt4" || name == "kannalabrandt8";
+  if (!fisheye && std::all_of(d.begin(), d.end(), [](double k) { return k == 0.0; })) return;
   const bool polynomial = name.empty() || name == "radtan" || name == "radialtangential" ||
                           name == "plumbbob" || name == "rationalpolynomial" || name == "opencv" ||
-                          name == "brown";
+                          name == "brown" || name == "pinhole";
   if (!fisheye && !polynomial)
     throw ToolError(
         "{}: distortion model '{}' is not known; known are none, radial-tangential (radtan, plumb_bob), rational "
@@ -284,6 +295,12 @@ CameraPair read_middlebury(const TaggedRows& rows) {
     if (!rows.has("width") || !rows.has("height")) continue;
     take_size({rows.number("width"), rows.number("height")}, *camera);
   }
+  const double shift_px = pair.right.cx_px - pair.left.cx_px;
+  constexpr double kMostShift_px = 0.5;
+  if (rows.has("doffs") && !(std::fabs(rows.number("doffs") - shift_px) < kMostShift_px))
+    throw ToolError(
+        "{}: doffs is {:g}, and the centres' columns differ by {:g}; correct the one or the other",
+        rows.where("doffs"), rows.number("doffs"), shift_px);
   constexpr double kMetre_mm = 1.0e-3;
   pair.T_right_left.t = Vec3(-rows.number("baseline") * kMetre_mm, 0.0, 0.0);
   pair.format = "Middlebury";
@@ -306,7 +323,7 @@ class Keys {
     try {
       const YAML::Node node = YAML::Load(text);
       if (!node.IsMap()) throw ToolError("{}: not a calibration; {}", path.string(), kKnown);
-      for (const auto& entry : node) values_[entry.first.as<std::string>()] = entry.second;
+      take(node);
     } catch (const YAML::Exception& error) {
       throw ToolError("{}:{}: not YAML ({}); {}", path.string(), error.mark.line + 1, error.msg, kKnown);
     }
@@ -314,14 +331,16 @@ class Keys {
   Keys() = default;
   explicit Keys(const fs::path& path) { add(path); }
   Keys(const Keys& whole, const char* part) : path_(whole.path_ + ": " + part) {
-    for (const auto& entry : whole.values_.at(part)) values_[entry.first.as<std::string>()] = entry.second;
+    take(whole.values_.at(part));
   }
 
   const std::string& path() const { return path_; }
   /// The first of these names that is there.
   std::optional<std::string> find(std::initializer_list<const char*> names) const {
     for (const char* name : names) {
-      if (values_.count(name) != 0) return name;
+      if (values_.count(name) == 0) continue;
+      asked_.insert(name);
+      return name;
     }
     return std::nullopt;
   }
@@ -346,8 +365,40 @@ class Keys {
     const std::optional<std::string> name = find(names);
     return name && values_.at(*name).IsScalar() ? values_.at(*name).Scalar() : "";
   }
+  /// Nobody has asked for a key that looks like a lens: refused.
+  void refuse_unread_lens() const {
+    for (const auto& [name, value] : values_) {
+      if (asked_.count(name) == 0 && names_lens(name) && !is_zero(value))
+        throw ToolError(
+            "{}: looks like a lens' coefficients, and is not understood; name it as one of the known formats does "
+            "(distortion_coeffs with distortion_model, D1 and D2), or remove it where images have no lens",
+            where(name));
+    }
+  }
 
  private:
+  void take(const YAML::Node& node) {
+    for (const auto& entry : node) {
+      if (!entry.first.IsScalar())
+        throw ToolError("{}: has a key that is not a word; correct it, {}", path_, kKnown);
+      values_[entry.first.Scalar()] = entry.second;
+    }
+  }
+  static bool names_lens(std::string name) {
+    for (char& c : name) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+    for (const char* part : {"distor", "distco", "dist_co", "radial", "tangential"}) {
+      if (name.find(part) != std::string::npos) return true;
+    }
+    const std::size_t at = name.find_last_of("._") + 1;
+    return name.size() == at + 2 && std::string_view("kpd").find(name[at]) != std::string_view::npos &&
+           name[at + 1] >= '1' && name[at + 1] <= '9';
+  }
+  static bool is_zero(const YAML::Node& node) {
+    if (node.IsMap()) return !node["data"] || is_zero(node["data"]);
+    if (node.IsSequence())
+      return std::all_of(node.begin(), node.end(), [](const auto& part) { return is_zero(part); });
+    return to_finite(node.IsScalar() ? node.Scalar() : "").value_or(0.0) == 0.0;
+  }
   void gather(const std::string& name, const YAML::Node& node, Numbers& out, int depth) const {
     constexpr int kMostDepth = 3;
     if (node.IsMap() && node["data"]) return gather(name, node["data"], out, depth + 1);
@@ -362,7 +413,20 @@ class Keys {
 
   std::string path_;
   std::map<std::string, YAML::Node> values_;
+  mutable std::set<std::string> asked_;
 };
+
+/// Model and coefficients by these names, where there are any. An empty list is no lens.
+void take_lens(const Keys& keys, std::initializer_list<const char*> models,
+               std::initializer_list<const char*> coefficients, CameraModel& camera) {
+  const std::string model = keys.text(models);
+  const std::optional<std::string> name = keys.find(coefficients);
+  if (!name && !model.empty() && model != "none")
+    throw ToolError("{}: distortion model '{}' without coefficients; add `{}`, or say none", keys.path(),
+                    model, *coefficients.begin());
+  const Numbers d = keys.numbers(coefficients);
+  if (!d.empty()) take_distortion(keys.where(*name), model, d, camera);
+}
 
 /// kalibr's and EuRoC's way of one camera.
 void take_asl_camera(const Keys& keys, CameraModel& camera) {
@@ -376,8 +440,8 @@ void take_asl_camera(const Keys& keys, CameraModel& camera) {
   camera.cx_px = k[2];
   camera.cy_px = k[3];
   take_size(keys.numbers({"resolution"}), camera);
-  const Numbers d = keys.numbers({"distortion_coefficients", "distortion_coeffs"});
-  if (!d.empty()) take_distortion(keys.path(), keys.text({"distortion_model"}), d, camera);
+  take_lens(keys, {"distortion_model"}, {"distortion_coeffs", "distortion_coefficients"}, camera);
+  keys.refuse_unread_lens();
 }
 
 CameraPair read_euroc(const Keys& left, const Keys& right) {
@@ -397,17 +461,46 @@ CameraPair read_kalibr(const Keys& chain) {
   CameraPair pair;
   take_asl_camera(left, pair.left);
   take_asl_camera(right, pair.right);
-  pair.T_right_left = pose_of(right.where("T_cn_cnm1"), right.asked({"T_cn_cnm1"}, 12));
-  if (left.has({"T_cam_imu"}))
-    pair.T_body_left = pose_of(left.where("T_cam_imu"), left.numbers({"T_cam_imu"})).inverse();
+  const auto pose = [](const Keys& keys, const char* name) {
+    return pose_of(keys.where(name), keys.numbers({name}));
+  };
+  // OpenVINS has T_imu_cam of each, and no chain.
+  if (left.has({"T_imu_cam"})) {
+    pair.T_body_left = pose(left, "T_imu_cam");
+  } else if (left.has({"T_cam_imu"})) {
+    pair.T_body_left = pose(left, "T_cam_imu").inverse();
+  }
+  if (right.has({"T_imu_cam"}) && left.has({"T_imu_cam"}) && !right.has({"T_cn_cnm1"})) {
+    pair.T_right_left = pose(right, "T_imu_cam").inverse() * pair.T_body_left;
+  } else {
+    pair.T_right_left = pose_of(right.where("T_cn_cnm1"), right.asked({"T_cn_cnm1"}, 12));
+  }
   pair.format = "kalibr camchain";
   return pair;
+}
+
+/// K and P of a camera_info are the whole sensor's: images that are binned or cut out are not theirs.
+void refuse_part_of_sensor(const Keys& keys) {
+  const auto beyond = [](const Keys& of, const char* name, double most) {
+    const Numbers v = of.numbers({name});
+    return !v.empty() && v[0] > most;
+  };
+  bool part = beyond(keys, "binning_x", 1.0) || beyond(keys, "binning_y", 1.0);
+  if (keys.is_map("roi")) {
+    const Keys roi(keys, "roi");
+    part = part || beyond(roi, "x_offset", 0.0) || beyond(roi, "y_offset", 0.0);
+  }
+  if (part)
+    throw ToolError(
+        "{}: images are binned, or a region of interest is cut out; scale and move K and P to the images as they "
+        "are, and remove binning_x, binning_y and roi",
+        keys.path());
 }
 
 CameraPair read_ros(const Keys& left, const Keys& right, const RigQuestion& question) {
   CameraPair pair;
   CameraModel raw[2];
-  Pose3 T_rect_raw[2];
+  Quat q_rect_raw[2] = {Quat(1.0, 0.0, 0.0, 0.0), Quat(1.0, 0.0, 0.0, 0.0)};
   bool all_raw = true;
   bool lens = false;
   for (int side = 0; side < 2; ++side) {
@@ -417,18 +510,16 @@ CameraPair read_ros(const Keys& left, const Keys& right, const RigQuestion& ques
     const Numbers r = keys.numbers({"rectification_matrix", "R", "r"});
     all_raw = all_raw && !k.empty();
     if (!k.empty()) take_camera_matrix(keys.path(), k, camera);
-    const Numbers d = keys.numbers({"distortion_coefficients", "D", "d"});
-    if (!d.empty()) take_distortion(keys.path(), keys.text({"distortion_model"}), d, camera);
-    if (!r.empty()) T_rect_raw[side].q = Quat(rotation_of(keys.path(), r)).normalized();
-    lens = lens || camera.lens != Lens::kNone || quat_log(T_rect_raw[side].q).norm() > 1.0e-6;
+    take_lens(keys, {"distortion_model"}, {"distortion_coefficients", "D", "d"}, camera);
+    if (!r.empty()) q_rect_raw[side] = Quat(rotation_of(keys.path(), r)).normalized();
+    lens = lens || camera.lens != Lens::kNone || quat_log(q_rect_raw[side]).norm() > 1.0e-6;
+    refuse_part_of_sensor(keys);
+    keys.refuse_unread_lens();
   }
   const auto projection = [](const Keys& keys) { return keys.asked({"projection_matrix", "P", "p"}, 12); };
   pair = pair_of_projections(left.path(), projection(left), right.path(), projection(right));
-  if (question.images == ImagesAre::kRaw && all_raw) {
-    pair.left = raw[0];
-    pair.right = raw[1];
-    pair.T_right_left = T_rect_raw[1].inverse() * pair.T_right_left * T_rect_raw[0];
-  }
+  if (question.images == ImagesAre::kRaw && all_raw)
+    take_raw(raw[0], q_rect_raw[0], raw[1], q_rect_raw[1], pair);
   for (const auto& [keys, camera] : {std::pair(&left, &pair.left), {&right, &pair.right}}) {
     const Numbers width = keys->numbers({"image_width", "width"}),
                   height = keys->numbers({"image_height", "height"});
@@ -446,28 +537,38 @@ CameraPair read_opencv(const Keys& keys, const RigQuestion& question) {
       keys.numbers({"M1", "K1", "cameraMatrix1", "camera_matrix_1", "left_camera_matrix", "LEFT.K"});
   const Numbers K2 =
       keys.numbers({"M2", "K2", "cameraMatrix2", "camera_matrix_2", "right_camera_matrix", "RIGHT.K"});
-  const Numbers D1 =
-      keys.numbers({"D1", "distCoeffs1", "dist_coeffs_1", "left_distortion_coefficients", "LEFT.D"});
-  const Numbers D2 =
-      keys.numbers({"D2", "distCoeffs2", "dist_coeffs_2", "right_distortion_coefficients", "RIGHT.D"});
+  const Numbers R1 = keys.numbers({"R1", "LEFT.R"}), R2 = keys.numbers({"R2", "RIGHT.R"});
   const Numbers R = keys.numbers({"R", "rotation_matrix"}), T = keys.numbers({"T", "translation_vector"});
-  const bool raw = !K1.empty() && !K2.empty() && R.size() == 9 && T.size() == 3;
+  const bool by_pose = R.size() == 9 && T.size() == 3;
   const bool rectified = !P1.empty() && !P2.empty();
+  const bool raw = !K1.empty() && !K2.empty() && (by_pose || (rectified && !R1.empty() && !R2.empty()));
   if (!raw && !rectified)
     throw ToolError(
         "{}: neither P1 and P2 of stereoRectify, nor M1, D1, M2, D2, R and T of stereoCalibrate; {}",
         keys.path(), "write them into this file, or give the second file, too");
+  CameraModel left, right;
+  take_lens(keys, {"distortion_model"},
+            {"D1", "distCoeffs1", "dist_coeffs_1", "left_distortion_coefficients", "LEFT.D"}, left);
+  take_lens(keys, {"distortion_model"},
+            {"D2", "distCoeffs2", "dist_coeffs_2", "right_distortion_coefficients", "RIGHT.D"}, right);
+  keys.refuse_unread_lens();
+  const bool lens = left.lens != Lens::kNone || right.lens != Lens::kNone;
   CameraPair pair;
-  if (rectified && (question.images == ImagesAre::kRectified || !raw)) {
-    pair = pair_of_projections(keys.where("P1"), P1, keys.where("P2"), P2);
-  } else {
-    take_camera_matrix(keys.where("M1"), K1, pair.left);
-    take_camera_matrix(keys.where("M2"), K2, pair.right);
-    const std::string model = keys.text({"distortion_model"});
-    if (!D1.empty()) take_distortion(keys.where("D1"), model, D1, pair.left);
-    if (!D2.empty()) take_distortion(keys.where("D2"), model, D2, pair.right);
-    pair.T_right_left = {Quat(rotation_of(keys.where("R"), R)).normalized(), Vec3(T[0], T[1], T[2])};
+  if (rectified) pair = pair_of_projections(keys.where("P1"), P1, keys.where("P2"), P2);
+  if (raw && (question.images == ImagesAre::kRaw || !rectified)) {
+    take_camera_matrix(keys.where("M1"), K1, left);
+    take_camera_matrix(keys.where("M2"), K2, right);
+    const auto turn = [&](const char* name, const Numbers& r) {
+      return Quat(rotation_of(keys.where(name), r)).normalized();
+    };
+    const Quat none(1.0, 0.0, 0.0, 0.0);
+    take_raw(left, by_pose ? none : turn("R1", R1), right, by_pose ? none : turn("R2", R2), pair);
+    if (by_pose) pair.T_right_left = {turn("R", R), Vec3(T[0], T[1], T[2])};
   }
+  if (lens && !raw)
+    pair.notes.emplace_back(
+        "the lenses are told, and not how the raw cameras stand (R and T, or R1 and R2): the images are taken as "
+        "rectified");
   Numbers size = keys.numbers({"imageSize", "image_size", "size"});
   if (size.empty() && keys.has({"image_width", "width", "LEFT.width"}))
     size = {keys.numbers({"image_width", "width", "LEFT.width"})[0],
@@ -475,30 +576,68 @@ CameraPair read_opencv(const Keys& keys, const RigQuestion& question) {
   take_size(size, pair.left);
   take_size(size, pair.right);
   pair.format = "OpenCV";
-  if (raw && rectified) note_both(pair, question);
+  if (raw && rectified && (by_pose || lens)) note_both(pair, question);
   return pair;
+}
+
+/// The camera whose keys begin with one of these.
+CameraModel keyed_camera(const Keys& keys, std::initializer_list<const char*> prefixes,
+                         const std::string& type) {
+  const auto find = [&](const char* name) -> std::optional<double> {
+    for (const std::string prefix : prefixes) {
+      if (const std::string key = prefix + name; keys.has({key.c_str()})) return keys.asked({key.c_str()})[0];
+    }
+    return std::nullopt;
+  };
+  const auto asked = [&](const char* name) {
+    const std::optional<double> value = find(name);
+    if (!value) throw ToolError("{}: has no `{}{}`; add it", keys.path(), *prefixes.begin(), name);
+    return *value;
+  };
+  CameraModel camera;
+  camera.fx_px = asked("fx");
+  camera.fy_px = asked("fy");
+  camera.cx_px = asked("cx");
+  camera.cy_px = asked("cy");
+  Numbers d;
+  if (type == "KannalaBrandt8") {
+    for (const char* name : {"k1", "k2", "k3", "k4"}) d.push_back(asked(name));
+  } else if (type != "Rectified") {
+    for (const char* name : {"k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"})
+      d.push_back(find(name).value_or(0.0));
+  }
+  if (!d.empty()) take_distortion(keys.path(), type, d, camera);
+  return camera;
 }
 
 CameraPair read_key_by_key(const Keys& keys) {
   const auto one = [&](std::initializer_list<const char*> names) { return keys.asked(names)[0]; };
+  const std::string type = keys.text({"Camera.type"});
   CameraPair pair;
-  pair.left.fx_px = one({"fx", "Camera.fx", "Camera1.fx"});
-  pair.left.fy_px = one({"fy", "Camera.fy", "Camera1.fy"});
-  pair.left.cx_px = one({"cx", "Camera.cx", "Camera1.cx"});
-  pair.left.cy_px = one({"cy", "Camera.cy", "Camera1.cy"});
-  if (keys.has({"Camera.width"})) take_size({one({"Camera.width"}), one({"Camera.height"})}, pair.left);
-  Numbers d;
-  for (const char* name : {"k1", "k2", "p1", "p2", "k3"}) {
-    const std::string with_camera = std::string("Camera.") + name;
-    const Numbers value = keys.numbers({name, with_camera.c_str()});
-    d.push_back(value.empty() ? 0.0 : value[0]);
+  pair.left = keyed_camera(keys, {"", "Camera.", "Camera1."}, type);
+  const bool two = keys.has({"Camera2.fx"});
+  pair.right = two ? keyed_camera(keys, {"Camera2."}, type) : pair.left;
+  if (keys.has({"Camera.width"})) {
+    const Numbers size = {one({"Camera.width"}), one({"Camera.height"})};
+    take_size(size, pair.left);
+    take_size(size, pair.right);
   }
-  take_distortion(keys.path(), "", d, pair.left);
-  pair.right = pair.left;
-  const bool bf = keys.has({"bf", "Camera.bf"});
-  const double b = bf ? one({"bf", "Camera.bf"}) / pair.left.fx_px : one({"baseline", "Stereo.b", "b"});
-  pair.T_right_left.t = Vec3(-b, 0.0, 0.0);
-  pair.format = bf ? "fx, fy, cx, cy, bf by key" : "fx, fy, cx, cy, baseline by key";
+  const std::initializer_list<const char*> poses = {"Stereo.T_c1_c2", "T_c1_c2", "Tlr"};
+  if (const std::optional<std::string> pose = keys.find(poses)) {
+    pair.T_right_left = pose_of(keys.where(*pose), keys.numbers(poses)).inverse();
+    pair.format = "fx, fy, cx, cy, pose by key (ORB-SLAM3)";
+  } else if (two) {
+    throw ToolError(
+        "{}: tells of two cameras, and not how they stand; add `Stereo.T_c1_c2`, the right camera's 4x4 pose "
+        "in the left one",
+        keys.path());
+  } else {
+    const bool bf = keys.has({"bf", "Camera.bf"});
+    const double b = bf ? one({"bf", "Camera.bf"}) / pair.left.fx_px : one({"baseline", "Stereo.b", "b"});
+    pair.T_right_left.t = Vec3(-b, 0.0, 0.0);
+    pair.format = bf ? "fx, fy, cx, cy, bf by key" : "fx, fy, cx, cy, baseline by key";
+  }
+  keys.refuse_unread_lens();
   return pair;
 }
 
@@ -529,14 +668,43 @@ struct LabelCamera {
   std::string frame;  ///< of reference, with its index
 };
 
-/// `KEY = VALUE` of the label, groups flat with their name before; lists may go on over lines.
+/// Without `/* comments */` and `<units>`, but for what is quoted.
+std::string bare(std::string_view line) {
+  std::string out;
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    if (line[i] == '"') quoted = !quoted;
+    const bool comment = line.substr(i, 2) == "/*";
+    if (!quoted && (comment || line[i] == '<')) {
+      const std::string_view end = comment ? "*/" : ">";
+      const std::size_t at = line.find(end, i);
+      i = at == std::string_view::npos ? line.size() : at + end.size() - 1;
+    } else {
+      out += line[i];
+    }
+  }
+  return out;
+}
+
+/// Does a value go on in the next line? Brackets of what is quoted do not count.
+bool is_open(std::string_view value) {
+  int depth = 0;
+  bool quoted = false;
+  for (const char c : value) {
+    if (c == '"') quoted = !quoted;
+    if (!quoted) depth += c == '(' ? 1 : c == ')' ? -1 : 0;
+  }
+  return quoted || depth > 0;
+}
+
+/// `KEY = VALUE` of the label, groups flat with their name before; lists and texts may go on over lines.
 std::multimap<std::string, std::string> label_values(const fs::path& path) {
   std::vector<std::uint8_t> bytes = read_file(path);
   constexpr std::size_t kLongestLabel = 1U << 20U;
   bytes.resize(std::min(bytes.size(), kLongestLabel));
   std::multimap<std::string, std::string> out;
   std::string group, key, value;
-  int depth = 0;
+  bool open = false;
   const auto trimmed = [](std::string_view text) {
     const std::size_t first = text.find_first_not_of(" \t\r");
     return first == std::string_view::npos ? std::string_view()
@@ -544,9 +712,10 @@ std::multimap<std::string, std::string> label_values(const fs::path& path) {
   };
   for (const std::string_view raw :
        split({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, '\n')) {
-    const std::string_view line = trimmed(raw);
+    const std::string whole = bare(raw);
+    const std::string_view line = trimmed(whole);
     if (line == "END") break;
-    if (depth > 0) {
+    if (open) {
       value += line;
     } else {
       const std::size_t at = line.find('=');
@@ -556,9 +725,8 @@ std::multimap<std::string, std::string> label_values(const fs::path& path) {
       if (key == "GROUP" || key == "OBJECT") group = value;
       if (key == "END_GROUP" || key == "END_OBJECT") group.clear();
     }
-    depth = static_cast<int>(std::count(value.begin(), value.end(), '(') -
-                             std::count(value.begin(), value.end(), ')'));
-    if (depth <= 0) out.emplace(group + "." + key, value);
+    open = is_open(value);
+    if (!open) out.emplace(group + "." + key, value);
   }
   return out;
 }
@@ -644,11 +812,17 @@ CameraPair read_as_told(const std::vector<fs::path>& files, const RigQuestion& q
                        [&](const TextLine& line) { return line.text.rfind(word, 0) == 0; });
   };
   const std::string head = lines.empty() ? "" : lines[0].text;
-  const bool label = head.rfind("PDS_VERSION_ID", 0) == 0 || head.rfind("ODL_VERSION_ID", 0) == 0 ||
-                     head.rfind("CCSD3ZF", 0) == 0;
-  if (label) return read_labels(files);
+  if (begins("PDS_VERSION_ID") || begins("ODL_VERSION_ID") || head.rfind("CCSD3ZF", 0) == 0)
+    return read_labels(files);
+  if (head.rfind("<?xml", 0) == 0)
+    throw ToolError(
+        "{}: XML is not read; write OpenCV's as .yml, PDS4's as a PDS3 label or as `fx fy cx cy baseline`",
+        files[0].string());
+  if (head == "[image]")
+    throw ToolError("{}: ROS' .ini is not read; write it as .yaml (camera_calibration_parsers convert)",
+                    files[0].string());
   const std::string extension = files[0].extension().string();
-  if (extension == ".yaml" || extension == ".yml" || head.rfind("%YAML", 0) == 0)
+  if (extension == ".yaml" || extension == ".yml" || extension == ".json" || head.rfind("%YAML", 0) == 0)
     return read_yaml(files, question);
   if (files.size() != 1) throw ToolError("{}: is whole by itself; give this file alone", files[0].string());
   if (begins("cam0=") || begins("cam0 =")) return read_middlebury(tagged(files[0], lines, '='));
@@ -671,6 +845,11 @@ CameraPair read_rig(const std::vector<fs::path>& files, const RigQuestion& quest
     if (!fs::exists(file)) throw ToolError("{}: no such file; check the name", file.string());
   }
   CameraPair pair = read_as_told(files, question);
+  if (question.raw_alone && pair.rectified_alone)
+    throw ToolError(
+        "{}: tells of rectified images alone ({}), and --raw asks for raw ones; give the cameras' own "
+        "matrices, lenses and pose, too",
+        files[0].string(), pair.format);
   if (const std::string fault = fault_of(pair); !fault.empty())
     throw ToolError("{}: {}", files[0].string(), fault);
   return pair;

@@ -17,13 +17,13 @@ namespace {
 const Scratch scratch;
 
 CameraPair read(const char* name, const std::string& text, ImagesAre images = ImagesAre::kRectified) {
-  return read_rig({scratch.file(name, text)}, {images, false});
+  return read_rig({scratch.file(name, text)}, {images, false, false});
 }
 CameraPair read_two(const char* name, const std::string& left, const std::string& right,
                     ImagesAre images = ImagesAre::kRectified) {
   return read_rig(
       {scratch.file(std::string("left_") + name, left), scratch.file(std::string("right_") + name, right)},
-      {images, false});
+      {images, false, false});
 }
 
 void check_pinhole(const CameraModel& camera, double fx, double fy, double cx, double cy) {
@@ -52,7 +52,7 @@ void test_plain_and_kitti_rows(void**) {
   check_rectified(read("b.txt", "P0: " + P0 + "P1: " + P1), "KITTI rows P0, P1");
   const std::string colour = "P0: " + P0 + "P1: " + P1 + "P2: 400 0 31.5 20 0 401 23.5 0 0 0 1 0\n" +
                              "P3: 400 0 31.5 -28 0 401 23.5 0 0 0 1 0\nTr: 1 0 0 0 0 1 0 0 0 0 1 0\n";
-  const CameraPair pair = read_rig({scratch.file("c.txt", colour)}, {ImagesAre::kRectified, true});
+  const CameraPair pair = read_rig({scratch.file("c.txt", colour)}, {ImagesAre::kRectified, false, true});
   check_rectified(pair, "KITTI rows P2, P3");
   assert_near(pair.T_cam0_left.t.x(), -0.05, 1e-12);
 }
@@ -97,6 +97,8 @@ void test_middlebury(void**) {
   assert_int_equal(pair.right.height_px, 48);
   std::string shifted = text;
   shifted.replace(shifted.rfind("31.5"), 4, "33.5");
+  assert_refused(read("calib.txt", shifted), "doffs is 0, and the centres' columns differ by 2");
+  shifted.replace(shifted.find("doffs=0"), 7, "doffs=2");
   assert_true(why_not_rectified(read("calib.txt", shifted)).find("principal points differ") == 0);
 }
 
@@ -156,6 +158,14 @@ void test_kalibr(void**) {
   assert_true(pair.right.lens == Lens::kEquidistant);
   // A fish-eye whose coefficients are 0 still is one.
   assert_true(read("camchain.yaml", camchain("equidistant", "0, 0, 0, 0")).left.lens == Lens::kEquidistant);
+  // OpenVINS' way: each camera's pose in the IMU.
+  std::string vins = camchain("radtan", "0, 0, 0, 0");
+  const std::string chain = "T_cn_cnm1:\n  - [1, 0, 0, -0.12]";
+  vins.replace(vins.find(chain), chain.size(), "T_imu_cam:\n  - [1, 0, 0, 3.12]");
+  vins.insert(vins.find("cam0:\n") + 6,
+              "  T_imu_cam: [[1, 0, 0, 3], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n");
+  check_rectified(read("vins.yaml", vins), "kalibr");
+  assert_near(read("vins.yaml", vins).T_body_left.t.x(), 3.0, 1e-12);
   assert_refused(read("camchain.yaml", camchain("fov", "0.9, 0, 0, 0")), "'fov' is not known");
   assert_refused(read("camchain.yaml", camchain("radtan", "0, 0, 0, 0", "omni")), "'omni' is not known");
   assert_refused(read("camchain.yaml", "cam0:\n  intrinsics: [1, 2, 3, 4]\n"), "one camera");
@@ -221,6 +231,19 @@ void test_opencv(void**) {
     assert_near(quat_log(raw.T_right_left.q).x(), std::asin(0.6), 1e-9);
   }
   assert_refused(read("half.yml", head + M), "neither P1 and P2");
+  // Raw cameras by the turns of rectification, p_rect = R p_raw, where that is what is told.
+  const std::string turns = matrix("R1", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.") +
+                            matrix("R2", 3, 3, "1., 0., 0., 0., 0.8, 0.6, 0., -0.6, 0.8");
+  const CameraPair turned = read("turns.yml", head + M + P + turns, ImagesAre::kRaw);
+  check_pinhole(turned.right, 392.0, 393.0, 33.0, 24.0);
+  assert_true(turned.left.lens == Lens::kRational && turned.right.lens == Lens::kRadialTangential);
+  assert_near(quat_log(turned.T_right_left.q).x(), std::asin(0.6), 1e-9);
+  check_rectified(read("turns.yml", head + M + P + turns), "OpenCV");
+  assert_true(read("turns.yml", head + M + P + turns).notes.at(0).find("raw images, too") !=
+              std::string::npos);
+  assert_true(read("lens.yml", head + M + P).notes.at(0).find("taken as rectified") != std::string::npos);
+  assert_refused(read_rig({scratch.file("lens.yml", head + M + P)}, {ImagesAre::kRaw, true, false}),
+                 "rectified images alone");
   const std::string tilted = matrix("D1", 1, 14, "0.1,0,0,0,0,0,0,0,0,0,0,0,0.01,0");
   assert_refused(read("tilt.yml", head + M + tilted + RT), "known are 4, 5 and 8");
 }
@@ -233,6 +256,83 @@ void test_keys(void**) {
                   "bf by key");
   check_rectified(read("b.yaml", "fx: 400\nfy: 401\ncx: 31.5\ncy: 23.5\nbaseline: 0.12\n"),
                   "baseline by key");
+}
+
+// ORB-SLAM3: two cameras, and the right one's pose in the left one; what is half told is refused.
+void test_orb_slam3(void**) {
+  const auto camera = [](const char* name, const char* centre, const char* lens) {
+    const std::string n(name);
+    return n + ".fx: 400.0\n" + n + ".fy: 401.0\n" + n + ".cx: " + centre + "\n" + n + ".cy: 23.5\n" + n +
+           ".k1: -0.28\n" + n + ".k2: 0.07\n" + lens;
+  };
+  const std::string pinhole = "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.width: 64\nCamera.height: 48\n";
+  const std::string pose = matrix("Stereo.T_c1_c2", 4, 4, "1,0,0,0.12, 0,0.8,0.6,0, 0,-0.6,0.8,0, 0,0,0,1");
+  const std::string both = camera("Camera1", "31.5", "") + camera("Camera2", "33.5", "Camera2.p2: 0.001\n");
+  const CameraPair pair = read("orb3.yaml", pinhole + both + pose);
+  check_pinhole(pair.left, 400.0, 401.0, 31.5, 23.5);
+  check_pinhole(pair.right, 400.0, 401.0, 33.5, 23.5);
+  assert_int_equal(pair.right.width_px, 64);
+  assert_true(pair.left.lens == Lens::kRadialTangential && pair.left.k[0] == -0.28);
+  assert_true(pair.right.lens == Lens::kRadialTangential && pair.right.k[3] == 0.001);
+  assert_near(baseline_m(pair), 0.12, 1e-12);
+  const Vec3 seen = pair.T_right_left * Vec3(0.12, 0.6, 0.8);  // what lies on the right camera's axis
+  assert_near((seen - Vec3(0.0, 0.0, 1.0)).norm(), 0.0, 1e-12);
+  assert_refused(read("orb3.yaml", pinhole + both + "Stereo.b: 0.12\n"), "add `Stereo.T_c1_c2`");
+  assert_refused(read("orb3.yaml", pinhole + camera("Camera1", "31.5", "") + "Camera2.fx: 1\n" + pose),
+                 "no `Camera2.fy`");
+  const std::string fisheye = "%YAML:1.0\nCamera.type: \"KannalaBrandt8\"\nCamera.bf: 48.0\n";
+  const CameraPair bent =
+      read("kb.yaml", fisheye + camera("Camera", "31.5", "Camera.k3: -0.002\nCamera.k4: 0.001\n") +
+                          matrix("Tlr", 3, 4, "1,0,0,0.11,0,1,0,0,0,0,1,0"));
+  assert_true(bent.right.lens == Lens::kEquidistant && bent.right.k[3] == 0.001);
+  assert_near(baseline_m(bent), 0.11, 1e-12);
+  assert_refused(read("kb.yaml", fisheye + camera("Camera", "31.5", "")), "no `k3`");
+}
+
+// No lens is left out in silence.
+void test_lenses_that_are_not_understood(void**) {
+  assert_refused(read("a.yaml", "fx: 400\nfy: 401\ncx: 31.5\ncy: 23.5\nbf: 48\nrear.k1: -0.1\n"),
+                 "a.yaml: rear.k1: looks like a lens");
+  check_rectified(read("a.yaml", "fx: 400\nfy: 401\ncx: 31.5\ncy: 23.5\nbf: 48\nrear.k1: 0.0\nThDepth: 40\n"),
+                  "bf by key");
+  std::string other = camchain("radtan", "-0.28, 0.07, 0, 0");
+  for (std::size_t at = 0; (at = other.find("distortion_coeffs", at)) != std::string::npos;)
+    other.replace(at, 17, "distortion_parameters");
+  assert_refused(read("k.yaml", other), "distortion model 'radtan' without coefficients");
+  std::string unnamed = other;
+  for (std::size_t at = 0; (at = unnamed.find("distortion_model: radtan", at)) != std::string::npos;)
+    unnamed.replace(at, 24, "rostopic: cam");
+  assert_refused(read("k.yaml", unnamed), "distortion_parameters: looks like a lens");
+  assert_refused(read_two("a.yaml", camera_info(0.0, "0, 0, 0, 0, 0") + "binning_x: 2\n",
+                          camera_info(-48.0, "0, 0, 0, 0, 0")),
+                 "scale and move K and P");
+  assert_refused(read_two("a.yaml", camera_info(0.0, "0, 0, 0, 0, 0") + "roi:\n  x_offset: 8\n  width: 20\n",
+                          camera_info(-48.0, "0, 0, 0, 0, 0")),
+                 "scale and move K and P");
+  check_rectified(
+      read_two("a.yaml", camera_info(0.0, "0, 0, 0, 0, 0") + "binning_x: 1\nroi:\n  x_offset: 0\n",
+               camera_info(-48.0, "0, 0, 0, 0, 0")),
+      "ROS");
+}
+
+// What is not read is refused with the way to what is.
+void test_kinds_that_are_not_read(void**) {
+  const std::string xml = "<?xml version=\"1.0\"?>\n<opencv_storage>\n</opencv_storage>\n";
+  assert_refused(read("a.xml", xml), "a.xml: XML is not read; write OpenCV's as .yml");
+  assert_refused(read_two("a.xml", xml, xml), "XML is not read");
+  assert_refused(read_two("a.ini", "# oST version 5.0 parameters\n\n[image]\n\nwidth\n512\n", ""),
+                 ".ini is not read; write it as .yaml");
+  assert_refused(read("k.yaml", "cam0:\n  ? [1,2]\n  : 3\ncam1:\n  a: 1\n"), "k.yaml: cam0: has a key that");
+  check_rectified(
+      read("a.json",
+           "{\"P1\": {\"type_id\":\"opencv-matrix\",\"data\":[400.0,0,31.5,0,0,401,23.5,0,0,0,1,0]},\n"
+           "\"P2\": {\"data\":[400.0,0,31.5,-48,0,401,23.5,0,0,0,1,0]}}"),
+      "OpenCV");
+  assert_refused(read_rig({scratch.file("raw.txt",
+                                        "P0: 400 0 31.5 0 0 401 23.5 0 0 0 1 0\n"
+                                        "P1: 400 0 31.5 -48 0 401 23.5 0 0 0 1 0\n")},
+                          {ImagesAre::kRaw, true, false}),
+                 "raw.txt: tells of rectified images alone");
 }
 
 std::string label(const char* type, const char* centre, const char* rest, const char* index = "(1,2,3)") {
@@ -262,6 +362,12 @@ void test_labels(void**) {
                                       label("CAHVORE", "0.12,0,0", general.c_str()));
   assert_true(cahvore.right.lens == Lens::kCahvore && cahvore.right.k[5] == 0.003 &&
               cahvore.right.k[6] == 0.4);
+  // Comments, units, and brackets in texts that go on over lines.
+  const std::string noisy = label("CAHV /* linear */", "1.0 <m>, 2.0 <m>,3.0 <m>", "");
+  const std::string before = "/* MSL */\r\n", text = "DESCRIPTION = \"see (a) and (b\r\nGROUP = X\"\r\n";
+  const CameraPair read_well =
+      read_two("b.LBL", before + noisy, before + label("CAHV", "1.12,2.0,3.0", text.c_str()));
+  check_rectified(read_well, "CAHV");
   assert_refused(read("a.LBL", label("CAHV", "0,0,0", "")), "give two files");
   assert_refused(read_two("a.LBL", label("CAHV", "0,0,0", ""), label("CAHV", "0.12,0,0", "", "(1,2,4)")),
                  "taken together");
@@ -365,6 +471,9 @@ int main() {
       cmocka_unit_test(test_ros),
       cmocka_unit_test(test_opencv),
       cmocka_unit_test(test_keys),
+      cmocka_unit_test(test_orb_slam3),
+      cmocka_unit_test(test_lenses_that_are_not_understood),
+      cmocka_unit_test(test_kinds_that_are_not_read),
       cmocka_unit_test(test_labels),
       cmocka_unit_test(test_refusals),
       cmocka_unit_test(test_a_real_label),
