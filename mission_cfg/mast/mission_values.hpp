@@ -26,6 +26,8 @@ inline constexpr Mission kMission = [] {
   m.boulder_max_range_m = 8.0;  // where z^2/(f b) is that of the paper's rig at 3 m
   m.max_local_boulders = 512;   // more ground in view
   m.max_cluster_points = 2048;
+  m.usual_step_m = 0.2;   // a mast's pictures share more ground than those of the paper's rig
+  m.unseen_step_m = 0.1;  // these steps, and half as much
   m.map_window_radius_m = 12.0;
   m.max_wide_map_boulders = 32000;  // a square kilometre at k = 0.15 has 21,000 of 0.75 m and more
   m.landmark_least_pixel_m = 0.15;
