@@ -193,7 +193,9 @@ void Relocation::judge_all() {
     const bool room = decoys.scores.push_back(w.evidence.S);
     CAIRN_ASSERT(room);
   }
-  const Verdict verdict = judge(params_.verdict, best.evidence, second, prior_, decoys);
+  Verdict verdict = judge(params_.verdict, best.evidence, second, prior_, decoys);
+  if (verdict.status == VerdictStatus::kAccepted && !holds(region_, place(best), best.evidence.pose.yaw_rad))
+    verdict.status = VerdictStatus::kInconsistentWithPrior;
   const double better = result_.verdict.status == VerdictStatus::kAccepted ? kScaleMargin : -1.0e3;
   if (params_.evidence.scale_sigma > 0.0 && (verdict.status != VerdictStatus::kAccepted ||
                                              verdict.log_ratio < result_.verdict.log_ratio + better)) {

@@ -18,6 +18,8 @@ constexpr double kChanceLooks = 12.0;
 constexpr double kPassNats = 6.0;                             // what the sequential test asks for in the end
 constexpr int kRounds = 3;                                    // of the fit, before the score
 constexpr double kGates[kRounds + 1] = {5.0, 4.0, 3.0, 4.0};  // sigmas, and of the score
+constexpr int kAmbiguousPairs = 4;                            // for one that is as good to fall behind
+constexpr double kOthersWait = 1.0e9;                         // of a pair's cost, while rivals are looked for
 constexpr double kMostM = 1.0e6;                              // a diameter, where any may be
 constexpr double kBand = 0.1;   // of a length: pairs that go through the map together
 constexpr double kSameM = 0.5;  // poses nearer than this, and turned less, are one
@@ -25,6 +27,11 @@ constexpr double kSameRad = 0.1;
 constexpr std::int32_t kFarthest = 60000;  // of a look, so that its turn fits 32 bits
 
 }  // namespace
+
+bool holds(const SearchRegion& region, const Vec2& pivot_map_m, double yaw_rad) {
+  if (std::fabs(wrap_angle(yaw_rad - region.yaw_rad)) > region.half_sector_rad) return false;
+  return region.anywhere || (pivot_map_m - region.centre_map_m).norm() <= region.radius_m;
+}
 
 LostStatus LostSearch::start(const LostSearchParams& params, const WideMap& map, const LocalMap& local,
                              const Vec2& pivot_site_m, const SearchRegion& region) {
@@ -36,7 +43,7 @@ LostStatus LostSearch::start(const LostSearchParams& params, const WideMap& map,
   queue_at_ = 0;
   ops_ = 0;
   hypotheses_ = 0;
-  pairs_tried_ = pairs_since_best_ = 0;
+  pairs_tried_ = pairs_since_best_ = rival_pairs_ = 0;
   best_moved_ = false;
   pairs_.clear();
   phase_ = Phase::kSizes;
@@ -104,7 +111,7 @@ LostStatus LostSearch::take_local(const LocalMap& local, const Vec2& pivot_site_
   const SinCos sector = sin_cos(wrap_angle(region_.yaw_rad));
   sector_cos_ = sector.cos;
   sector_sin_ = sector.sin;
-  sector_edge_ = half < kPi ? sin_cos(half).cos : -2.0;
+  sector_edge_ = half + kEdge_rad < kPi ? sin_cos(half + kEdge_rad).cos : -2.0;
   return LostStatus::kRunning;
 }
 
@@ -165,10 +172,11 @@ bool LostSearch::choose_step(WorkBudget& budget) {
   return true;
 }
 
-/// As many at once as went before, two at least: the first often suffice.
+/// As many at once as went before, two at least: the first often suffice. All of those that look for rivals.
 bool LostSearch::wants_more_pairs() const {
   const int pairs = static_cast<int>(pairs_.size());
-  return !pairs_.full() && (pairs < 2 || pairs < pairs_tried_) && pairs_tried_ + pairs < params_.max_pairs;
+  return !pairs_.full() && (pairs < 2 || pairs < pairs_tried_ || passes_yet()) &&
+         pairs_tried_ + pairs < params_.max_pairs;
 }
 
 void LostSearch::choose_row(std::size_t i) {
@@ -181,7 +189,8 @@ void LostSearch::choose_row(std::size_t i) {
     if (length2 < square(shortest) || length2 > square(longest) || was_tried(i, j)) continue;
     // As many map pairs as far apart, for boulders of equal rank: used ones wait.
     const double uses = (1.0 + a.used) * (1.0 + b.used);
-    const double cost = length2 * square(uses) * square(rarity(a) * rarity(b));
+    const double wait = passes_yet() && !(a.on_best && b.on_best) ? kOthersWait : 1.0;
+    const double cost = wait * length2 * square(uses) * square(rarity(a) * rarity(b));
     if (best_cost_ >= 0.0 && cost >= best_cost_) continue;
     best_cost_ = cost;
     pair_i_ = static_cast<std::uint16_t>(i);
@@ -219,6 +228,7 @@ void LostSearch::take_pair() {
   pair.low2 = length > tolerance ? square(length - tolerance) : 0.0;
   pair.high2 = square(length + tolerance);
   pair.inverse2 = 1.0 / length2;
+  pair.on_best = passes_yet() && a.on_best && b.on_best;
   pair.middle_x = 0.5 * static_cast<double>(a.x + b.x);
   pair.middle_y = 0.5 * static_cast<double>(a.y + b.y);
   const Point* const ends[2] = {&a, &b};
@@ -434,18 +444,21 @@ void LostSearch::end_sweep() {
   pairs_tried_ += pairs;
   // That which found the best has been through the map with the others.
   pairs_since_best_ = best_moved_ ? pairs - 1 : pairs_since_best_ + pairs;
+  if (best_moved_) rival_pairs_ = 0;
+  for (const Pair& pair : pairs_) rival_pairs_ += pair.on_best && !best_moved_ ? 1 : 0;
   pairs_.clear();
   phase_ = Phase::kChoose;
   if (ops_ >= params_.max_ops || enough()) conclude();
 }
 
 bool LostSearch::enough() const {
-  if (hits_.empty() || hits_[0].score_nats < params_.accept_nats) return false;
-  return behind_nats() >= params_.margin_nats ? pairs_since_best_ >= 1 : pairs_since_best_ >= 4;
+  if (!passes_yet()) return false;
+  if (behind_nats() < params_.margin_nats) return pairs_since_best_ >= kAmbiguousPairs;
+  return rival_pairs_ >= kRivalPairs || pairs_since_best_ >= kSincePairs;
 }
 
 void LostSearch::conclude() {
-  if (hits_.empty() || hits_[0].score_nats < params_.accept_nats) {
+  if (!passes_yet()) {
     status_ = LostStatus::kNotFound;
   } else {
     status_ = behind_nats() >= params_.margin_nats ? LostStatus::kFound : LostStatus::kAmbiguous;
@@ -520,6 +533,7 @@ void LostSearch::begin_round() {
   fit_sin_ = r.sin;
   fit_at_ = 0;
   fit_pairs_ = 0;
+  for (std::uint32_t& word : matched_) word = 0;
   for (double& v : log_sum_) v = 0.0;
   for (double& v : sum_) v = 0.0;
 }
@@ -609,6 +623,7 @@ void LostSearch::take_nearest(const Place& p) {
   if (round_ == kRounds) score(p, likelihood);
   if (!found) return;
   ++fit_pairs_;
+  matched_[fit_at_ / 32] |= 1U << (fit_at_ % 32);
   const double w = 1.0 / p.variance;
   const double lx = static_cast<double>(local_[fit_at_].x);
   const double ly = static_cast<double>(local_[fit_at_].y);
@@ -669,7 +684,7 @@ void LostSearch::keep() {
   const Vec2 m = middle_site_m_;
   hit.T_map_site = {fit_.x + map_->origin_map_m().x() - (r.cos * m.x() - r.sin * m.y()),
                     fit_.y + map_->origin_map_m().y() - (r.sin * m.x() + r.cos * m.y()), fit_.yaw};
-  if (!inside_region()) return;
+  if (!near_region()) return;
   // In the place of the same pose, if that is worse; else in its order.
   const auto position = [&](const SearchHit& h) -> Vec2 { return h.T_map_site * m; };
   const Vec2 here = position(hit);
@@ -688,6 +703,7 @@ void LostSearch::keep() {
   if (at == 0) {
     const bool moved = hits_.empty() || (position(hits_[0]) - here).squaredNorm() >= kSameM * kSameM;
     best_moved_ = best_moved_ || moved;
+    mark_best();
   }
   if (hits_.full()) hits_.resize(kHits - 1);
   static_cast<void>(hits_.push_back(hit));
@@ -695,14 +711,19 @@ void LostSearch::keep() {
   hits_[at] = hit;
 }
 
-bool LostSearch::inside_region() const {
+void LostSearch::mark_best() {
+  for (std::size_t i = 0; i < local_.size(); ++i)
+    local_[i].on_best = ((matched_[i / 32] >> (i % 32)) & 1U) != 0;
+}
+
+bool LostSearch::near_region() const {
   const SinCos r = sin_cos(fit_.yaw);
   if (r.cos * sector_cos_ + r.sin * sector_sin_ < sector_edge_) return false;
   if (region_.anywhere) return true;
   const Vec2 pivot =
       Vec2(fit_.x + r.cos * pivot_x_ - r.sin * pivot_y_, fit_.y + r.sin * pivot_x_ + r.cos * pivot_y_) +
       map_->origin_map_m();
-  return (pivot - region_.centre_map_m).squaredNorm() <= square(region_.radius_m);
+  return (pivot - region_.centre_map_m).squaredNorm() <= square(region_.radius_m + kEdge_m);
 }
 
 }  // namespace cairn

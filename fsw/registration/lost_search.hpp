@@ -20,10 +20,13 @@
 /// `drift` says. Where that is more than sigma_pair_m, what was fitted is fitted and scored once more without
 /// drift, and the better of the two counts: good odometry is not to look like none.
 ///
-/// The best poses that differ are kept. The search ends when the best one passes `accept_nats` and another
-/// local pair has been through the whole map, so that what repeats itself was seen elsewhere, too; or when
-/// pairs or work run out. It says where, not whether to believe it: the caller has its own verdict, and
-/// `behind_nats()` for it.
+/// The best poses that differ are kept. Where the best one passes `accept_nats`, its rivals are looked for:
+/// what repeats itself agrees elsewhere nearly as well, with nearly the same local boulders, and a pair finds
+/// it there where both of its boulders do. So the pairs that come next are of those that agree with the best
+/// pose, and the search ends when kRivalPairs of them have been through the whole map, or kSincePairs of any;
+/// or when pairs or work run out. Rivals count up to kEdge_m and kEdge_rad beyond the region as well: at its
+/// edge the best pose has most of them there. It says where, not whether to believe it: the caller has its own verdict,
+/// and `behind_nats()` for it.
 ///
 /// Cost. Units: some boulders of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000
 /// boulders some 0.75 million operations a local pair, over 77 m with 8,500 some 6 million.
@@ -72,6 +75,9 @@ struct SearchRegion {
   double half_sector_rad = kPi;        ///< [0.01, pi]
 };
 
+/// A pose of the pivot in the map that the region allows.
+bool holds(const SearchRegion& region, const Vec2& pivot_map_m, double yaw_rad);
+
 /// A pose that was found, best first.
 struct SearchHit {
   Pose2 T_map_site;
@@ -115,6 +121,12 @@ class LostSearch {
   static constexpr std::uint32_t fit_ops(std::uint32_t boulders) { return 60U + 10U * boulders; }
 
   static constexpr std::size_t kHits = 12;
+  /// Where 0.85 of the boulders agree with a rival as well, one pair finds it in three of five cases, all of
+  /// these miss it in one of 1500.
+  static constexpr int kRivalPairs = 8;
+  static constexpr int kSincePairs = 16;
+  static constexpr double kEdge_m = 0.5;
+  static constexpr double kEdge_rad = 0.05;
 
   /// On no budget: the caller pays start_ops(). `map` is borrowed until done. `pivot_site_m`: the
   /// rover, whose place the region speaks of.
@@ -144,6 +156,7 @@ class LostSearch {
     float size = 0.0F;       ///< ln(diameter), or kNoSize; the diameter until its turn in kSizes
     float among_map = 0.0F;  ///< share of the map's boulders that look as large, per unit of ln(diameter)
     std::uint16_t used = 0;
+    bool on_best = false;  ///< agrees with the best pose, which passes
   };
   struct Look {
     std::int32_t x = 0;  ///< about the middle of the pair, raster cell / kUnits
@@ -160,6 +173,7 @@ class LostSearch {
     double middle_y = 0.0;
     double least_m[2] = {};  ///< diameters that its boulders may have in the map
     double most_m[2] = {};
+    bool on_best = false;  ///< both boulders
   };
   struct Hypothesis {
     std::int32_t x = 0;  ///< middle of the map's pair, raster cell / kUnits
@@ -190,6 +204,7 @@ class LostSearch {
   bool was_tried(std::size_t i, std::size_t j) const;
   void take_pair();
   void sort_looks(double mx, double my);
+  bool passes_yet() const { return !hits_.empty() && hits_[0].score_nats >= params_.accept_nats; }
   bool wants_more_pairs() const;
   void begin_sweep();
   void lay_ring();
@@ -221,7 +236,8 @@ class LostSearch {
   void estimate();
   double log_of_mean() const;
   void keep();
-  bool inside_region() const;
+  void mark_best();
+  bool near_region() const;
 
   LostSearchParams params_;
   const WideMap* map_ = nullptr;
@@ -233,6 +249,7 @@ class LostSearch {
   std::uint32_t hypotheses_ = 0;
   int pairs_tried_ = 0;
   int pairs_since_best_ = 0;
+  int rival_pairs_ = 0;      ///< of those since, that were of boulders on the best pose
   bool best_moved_ = false;  ///< since the pairs in hand began
   double log_volume_ = 0.0;
   double sector_cos_ = 1.0;
@@ -287,6 +304,7 @@ class LostSearch {
   int round_ = 0;
   std::size_t fit_at_ = 0;
   int fit_pairs_ = 0;
+  std::uint32_t matched_[(cfg::kMaxLocalBoulders + 31) / 32] = {};  ///< of this round, a bit each
   double sum_[8] = {};
   double log_sum_[kShares] = {};
   FixedVector<SearchHit, kHits> hits_;

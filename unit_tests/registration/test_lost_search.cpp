@@ -215,6 +215,53 @@ void test_lattice_is_ambiguous(void**) {
   assert_true(search.behind_nats() < usual().margin_nats);
 }
 
+/// The same ground twice, each time with errors of its own: the other one is seen whichever pair found one.
+void test_ground_that_repeats_is_seen_twice(void**) {
+  for (std::uint64_t seed = 40; seed < 100; ++seed) {
+    Random random(seed);
+    field.clear();
+    for (int i = 0; i < 500; ++i) {
+      const Vec2 p(500.0 + uniform(random, 0.3, 29.7), -200.0 + uniform(random, 0.3, 59.7));
+      for (const double copy : {0.0, 30.0})
+        field.push_back({p + Vec2(copy + 0.04 * normal(random), 0.04 * normal(random)), 0.2F});
+    }
+    lay_map(60.0);
+    do see(random, 60.0, 5.0, 20, 8, false);
+    while (std::fabs(truth.x_m - 530.0) < 5.0);
+    const double away_m = truth.x_m < 530.0 ? 30.0 : -30.0;
+    static_cast<void>(run(usual()));
+    int seen = 0;
+    for (const SearchHit& hit : search.hits()) {
+      const Vec2 off = hit.T_map_site.translation() - truth.translation();
+      seen += off.norm() < 0.5 || (off - Vec2(away_m, 0.0)).norm() < 0.5 ? 1 : 0;
+    }
+    assert_int_equal(seen, 2);
+  }
+}
+
+/// So are the other places of a lattice where the heading is all but outside the sector.
+void test_lattice_at_the_edge_of_the_sector(void**) {
+  for (std::uint64_t seed = 100; seed < 120; ++seed) {
+    Random random(seed);
+    field.clear();
+    for (int i = 0; i < 30; ++i) {
+      for (int k = 0; k < 30; ++k) {
+        field.push_back({Vec2(501.0 + i + 0.04 * normal(random), -199.0 + k + 0.04 * normal(random)), 0.2F});
+      }
+    }
+    lay_map(32.0);
+    see(random, 32.0, 4.0, 20, 4, false);
+    SearchRegion region;
+    region.anywhere = false;
+    region.centre_map_m = truth.translation();
+    region.radius_m = 5.0;
+    region.half_sector_rad = 0.4;
+    region.yaw_rad = truth.yaw_rad + 0.395;
+    static_cast<void>(run(usual(), region));
+    assert_at_least(search.hits().size(), 6);
+  }
+}
+
 /// A disc and a sector are kept: found inside, not looked for outside.
 void test_region(void**) {
   Random random(26);
@@ -340,6 +387,8 @@ int main() {
       cmocka_unit_test(test_sizes_are_evidence),
       cmocka_unit_test(test_another_place_is_not_found),
       cmocka_unit_test(test_lattice_is_ambiguous),
+      cmocka_unit_test(test_ground_that_repeats_is_seen_twice),
+      cmocka_unit_test(test_lattice_at_the_edge_of_the_sector),
       cmocka_unit_test(test_region),
       cmocka_unit_test(test_volume_is_paid_for),
       cmocka_unit_test(test_statuses),
