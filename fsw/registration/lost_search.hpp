@@ -25,8 +25,8 @@
 /// it there where both of its boulders do. So the pairs that come next are of those that agree with the best
 /// pose, and the search ends when kRivalPairs of them have been through the whole map, or kSincePairs of any;
 /// or when pairs or work run out. Rivals count up to kEdge_m and kEdge_rad beyond the region as well: at its
-/// edge the best pose has most of them there. It says where, not whether to believe it: the caller has its own verdict,
-/// and `behind_nats()` for it.
+/// edge the best pose has most of them there. It says where, not whether to believe it: the caller has its
+/// own verdict, and `behind_nats()` for it.
 ///
 /// Cost. Units: some boulders of the ring, a hypothesis, a local boulder of the fit. In 1 km2 with 10,000
 /// boulders some 0.75 million operations a local pair, over 77 m with 8,500 some 6 million.
