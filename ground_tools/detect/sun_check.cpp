@@ -13,7 +13,10 @@ namespace cairn::ground {
 namespace {
 
 constexpr int kWindowPx = 512;
-constexpr int kWindows = 3;  // a side
+constexpr int kWindows = 3;     // a side
+constexpr int kCandidates = 8;  // a side, where none of those is half full
+constexpr double kHalf = 0.5;
+constexpr double kLeastShare = 0.05;
 constexpr int kLevels = 4;
 constexpr int kLeastSidePx = 40;
 constexpr double kLeastPixelM = 0.01;
@@ -126,12 +129,12 @@ struct Window {
   std::vector<float> values;
   std::vector<std::uint8_t> valid;  ///< 255, or 0 where there is none
 
-  /// False where half of them are missing.
-  bool read(RasterReader& reader) {
+  /// Share of those that are there.
+  double read(RasterReader& reader) {
     values.resize(box.pixels());
     valid.assign(box.pixels(), 255);
     std::vector<std::uint8_t> missing(box.pixels());
-    if (!reader.read_values(box, values.data(), missing.data())) return true;
+    if (!reader.read_values(box, values.data(), missing.data())) return 1.0;
     double sum = 0.0;
     std::size_t count = 0;
     for (std::size_t i = 0; i < missing.size(); ++i) {
@@ -139,14 +142,14 @@ struct Window {
       sum += static_cast<double>(values[i]);
       ++count;
     }
-    if (2 * count < missing.size()) return false;
+    if (count == 0) return 0.0;
     const auto mean = static_cast<float>(sum / static_cast<double>(count));
     for (std::size_t i = 0; i < missing.size(); ++i) {
       if (missing[i] == 0) continue;
       values[i] = mean;
       valid[i] = 0;
     }
-    return true;
+    return static_cast<double>(count) / static_cast<double>(missing.size());
   }
   Level level() const { return {box.width(), box.height(), values, {}}; }
 };
@@ -211,6 +214,35 @@ std::vector<PixelBox> windows_of(const RasterFacts& facts, int most) {
   return boxes;
 }
 
+struct Windows {
+  std::vector<Window> windows;
+  bool sparse = false;  ///< most of each is missing: spots there may be its rims
+};
+
+/// Those that are half full and more; where none is, of a strip or in a wide collar, the fullest of many.
+Windows windows_with_data(RasterReader& reader, const RasterFacts& facts, int most) {
+  Windows kept;
+  for (const PixelBox& box : windows_of(facts, most)) {
+    Window window{box, {}, {}};
+    if (window.read(reader) >= kHalf) kept.windows.push_back(std::move(window));
+  }
+  if (!kept.windows.empty()) return kept;
+  kept.sparse = true;
+  std::vector<std::pair<double, PixelBox>> candidates;
+  for (const PixelBox& box : windows_of(facts, kCandidates)) {
+    const double share = Window{box, {}, {}}.read(reader);
+    if (share >= kLeastShare) candidates.emplace_back(share, box);
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(most * most)));
+  for (const auto& [share, box] : candidates) {
+    kept.windows.push_back({box, {}, {}});
+    kept.windows.back().read(reader);
+  }
+  return kept;
+}
+
 /// Whether there are clearly more of `these`.
 bool clearly_more(int these, int those) {
   return these - those > 2.5 * std::sqrt(static_cast<double>(these + those + 1)) && these > 1.5 * those;
@@ -237,14 +269,14 @@ SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& su
   SunCheck check;
   const Vec2 towards = sun_direction_px(sun, facts.geo);
   const Sun turned{sun.elevation_rad, sun.azimuth_rad + kPi};
-  for (const PixelBox& box : windows_of(facts, kWindows)) {
-    Window window{box, {}, {}};
-    if (!window.read(reader)) continue;
+  const Windows looked_at = windows_with_data(reader, facts, kWindows);
+  for (const Window& window : looked_at.windows) {
     if (check.boulders + check.opposite < kEnough) {
       const std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
       count(sure_finds(window, grey, shadow_view(sun, facts.geo)), check.boulders, check.finds);
       count(sure_finds(window, grey, shadow_view(turned, facts.geo)), check.opposite, check.opposite_finds);
     }
+    if (looked_at.sparse) continue;
     Level level = window.level();
     double pixel_m = facts.geo.pixel_m();
     for (; pixel_m < kLeastPixelM && level.width >= 2 * kLeastSidePx; pixel_m *= 2.0) level = halved(level);
@@ -268,9 +300,7 @@ SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevat
   constexpr double kStep = 2.0 * kPi / kAzimuths;
   constexpr double kUsual = 30.0 * kRadPerDeg;
   std::vector<std::pair<Window, std::vector<std::uint8_t>>> windows;
-  for (const PixelBox& box : windows_of(facts, 2)) {
-    Window window{box, {}, {}};
-    if (!window.read(reader)) continue;
+  for (Window& window : windows_with_data(reader, facts, 2).windows) {
     std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
     windows.emplace_back(std::move(window), std::move(grey));
   }

@@ -30,9 +30,10 @@ struct SunCheck {
   bool looks_reversed() const;
 };
 
-/// From up to nine windows of 512 x 512 pixels all over the image, on four levels of a pyramid that begins at
-/// 1 cm a pixel or coarser; no more windows are searched for boulders than it takes to find some hundred.
-/// `sun` in the axes of `facts`. Time: up to two seconds.
+/// From up to nine windows of 512 x 512 pixels all over the image that are half full and more (else the
+/// fullest of 64, for boulders alone), on four levels of a pyramid that begins at 1 cm a pixel or coarser;
+/// no more windows are searched for boulders than it takes to find some hundred. `sun` in the axes of
+/// `facts`. Time: up to two seconds.
 SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun);
 
 /// Where the sun stands by the image itself: the direction with which the shadow detector finds most,

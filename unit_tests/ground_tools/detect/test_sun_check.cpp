@@ -1,6 +1,7 @@
 // A sun given where the shadows point, seen by the image itself.
 #include "detect/sun_check.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/random.hpp"
@@ -60,6 +61,22 @@ void test_both_ways(void**) {
     assert_true(check_at(azimuth_deg + 180.0).looks_reversed());
     if (test::kSanitized) break;
   }
+}
+
+/// A strip across a collar fills no window by half, and is judged all the same.
+void test_a_narrow_strip(void**) {
+  for (const double azimuth_deg : {50.0, 135.0, 275.0}) {
+    draw(90, azimuth_deg);
+    raster.valid.assign(raster.grey.size(), 0);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = std::max(0, y - 80); x < std::min(kSide, y + 80); ++x)
+        raster.valid[static_cast<std::size_t>(y) * kSide + static_cast<std::size_t>(x)] = 255;
+    }
+    assert_false(check_at(azimuth_deg).looks_reversed());
+    assert_true(check_at(azimuth_deg + 180.0).looks_reversed());
+    if (test::kSanitized) break;
+  }
+  raster.valid.clear();
 }
 
 void test_rocks_darker_than_the_ground(void**) {
@@ -134,6 +151,7 @@ void test_sun_by_the_image(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_both_ways),
+      cmocka_unit_test(test_a_narrow_strip),
       cmocka_unit_test(test_rocks_darker_than_the_ground),
       cmocka_unit_test(test_no_boulders_no_opinion),
       cmocka_unit_test(test_ground_of_craters),
