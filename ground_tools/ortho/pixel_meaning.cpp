@@ -1,5 +1,6 @@
 #include "ortho/pixel_meaning.hpp"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <algorithm>
@@ -24,6 +25,21 @@ bool holds(const std::vector<float>& list, float value) {
   return std::find(list.begin(), list.end(), value) != list.end();
 }
 
+/// A label that GDAL keeps as JSON in `domain` has `words`.
+bool label_says(GDALDataset& image, const char* domain, const char* words) {
+  char** const label = image.GetMetadata(domain);
+  return label != nullptr && label[0] != nullptr && std::strstr(label[0], words) != nullptr;
+}
+
+/// Of a PDS3 label: SAMPLE_TYPE without UNSIGNED.
+bool says_signed(GDALDataset& image) {
+  for (const char* const order : {"", "MSB_", "LSB_", "PC_", "SUN_", "MAC_", "VAX_"}) {
+    if (label_says(image, "json:PDS", fmt::format(R"("SAMPLE_TYPE":"{}INTEGER")", order).c_str()))
+      return true;
+  }
+  return false;
+}
+
 bool from_isis(GDALDataset& image, GDALRasterBand& band) {
   const char* const driver = image.GetDriverName();
   if (std::strncmp(driver, "ISIS", 4) == 0) return true;
@@ -31,6 +47,9 @@ bool from_isis(GDALDataset& image, GDALRasterBand& band) {
   const double no_data = band.GetNoDataValue(&has);
   const GDALDataType type = band.GetRasterDataType();
   if (has == 0) return false;
+  if (no_data == 0.0 && (type == GDT_Byte || type == GDT_UInt16))  // too common to tell by itself
+    return label_says(image, "json:ISIS3",
+                      type == GDT_Byte ? R"("Type":"UnsignedByte")" : R"("Type":"UnsignedWord")");
   return (type == GDT_Int16 && no_data == -32768.0) ||
          (type == GDT_Float32 && static_cast<float>(no_data) == real_of(kIsisNullReal));
 }
@@ -102,6 +121,23 @@ void add_palette(const GDALColorTable& palette, PixelMeaning& meaning) {
   }
 }
 
+/// GDAL reads signed bytes as if they had no sign.
+bool is_signed_byte(GDALDataset& image, GDALRasterBand& band) {
+  if (band.GetRasterDataType() != GDT_Byte) return false;
+  const char* const type = band.GetMetadataItem("PIXELTYPE", "IMAGE_STRUCTURE");
+  return (type != nullptr && EQUAL(type, "SIGNEDBYTE")) || says_signed(image);
+}
+
+/// From -128, black, to 127. Values that were told are turned into what is read.
+void add_sign(PixelMeaning& meaning) {
+  meaning.signed_bytes = true;
+  for (std::size_t i = 0; i < 256; ++i) meaning.grey.push_back(static_cast<std::uint8_t>(i ^ 0x80U));
+  meaning.grey_kind.assign(meaning.grey.size(), PixelKind::kValue);
+  for (std::vector<float>* const list : {&meaning.missing, &meaning.dark, &meaning.bright}) {
+    for (float& value : *list) value = meaning.raw(static_cast<double>(value));
+  }
+}
+
 /// raw -> largest - raw, for TIFF's min-is-white.
 void invert(GDALRasterBand& band, PixelMeaning& meaning) {
   const char* const bits = band.GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
@@ -145,6 +181,10 @@ PixelKind PixelMeaning::kind(float raw) const {
                                                               : PixelKind::kMissing;
 }
 
+float PixelMeaning::raw(double told) const {
+  return static_cast<float>(signed_bytes && told < 0.0 ? told + 256.0 : told);
+}
+
 float PixelMeaning::value(float raw) const {
   if (grey.empty()) return raw * scale + offset;
   return raw >= 0.0F && raw < static_cast<float>(grey.size()) ? grey[static_cast<std::size_t>(raw)] : 0.0F;
@@ -159,12 +199,20 @@ PixelMeaning pixel_meaning(GDALDataset& image, int number, const Label& label, b
     add_isis(band.GetRasterDataType(), meaning);
     // GDAL compares reals to some bits, and takes Null's neighbours for it.
     meaning.lists_all = meaning.lists_all || band.GetMaskFlags() == GMF_NODATA;
+    meaning.masked_special = true;
   }
   add_label(label, band.GetRasterDataType(), meaning);
   int has = 0;
   const double no_data = band.GetNoDataValue(&has);
   if (meaning.lists_all && has != 0 && meaning.kind(static_cast<float>(no_data)) == PixelKind::kValue)
     meaning.missing.push_back(static_cast<float>(no_data));
+  if (is_signed_byte(image, band)) {
+    // GDAL's no-data value of a PDS3 label is one without a sign.
+    meaning.lists_all = meaning.lists_all || says_signed(image);
+    if (has != 0 && !meaning.lists_all) meaning.missing.push_back(static_cast<float>(no_data));
+    add_sign(meaning);
+    return meaning;
+  }
   const GDALColorTable* const palette = band.GetColorTable();
   const char* const white = image.GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
   if (palette != nullptr && band.GetColorInterpretation() == GCI_PaletteIndex) {

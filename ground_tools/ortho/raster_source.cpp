@@ -281,7 +281,7 @@ class GdalReader final : public RasterReader {
         if (band.mask == Mask::kByteValue) gone = g[x] == band.no_data;
         if (!look_up_.empty()) {
           const ByteMeaning meaning = look_up_[g[x]];
-          gone = gone || meaning.missing != 0;
+          gone = meaning.missing != 0 || (gone && !(band.meaning.masked_special && meaning.grey == 255));
           g[x] = meaning.grey;
         }
         m[x] = gone ? 1 : 0;
@@ -298,7 +298,8 @@ class GdalReader final : public RasterReader {
     read_window(*band.band->GetMaskBand(), box, GDT_Byte, mask_.data(), box.width());
     unsigned any = 0;
     for (std::size_t i = 0; i < mask_.size(); ++i) {
-      if (mask_[i] != 0) continue;
+      const bool special = band.meaning.masked_special && missing[i] != 0 && missing[i] != kMissing;
+      if (mask_[i] != 0 || special) continue;
       if (!band.alone) {
         ++gone_[i];
         continue;
@@ -343,7 +344,7 @@ class GdalSource final : public RasterSource {
     const Label label = label_of(*data);
     for (const int b : numbers) {
       bands_.push_back({b, pixel_meaning(*data, b, label, numbers.size() > 1)});
-      if (no_data.value) bands_.back().meaning.missing.push_back(static_cast<float>(*no_data.value));
+      if (no_data.value) bands_.back().meaning.missing.push_back(bands_.back().meaning.raw(*no_data.value));
     }
     facts_.depth = depth_of(*data, numbers, bands_[0].meaning);
     set_all_valid(*data);

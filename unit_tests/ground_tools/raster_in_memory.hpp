@@ -36,8 +36,9 @@ inline MapExtent extent_of(const Raster& raster) {
 }
 
 /// Reads an orthoimage whole, as raster_source.hpp says.
-inline Raster read_orthoimage(const std::filesystem::path& path, int band = 0) {
-  const std::unique_ptr<RasterSource> source = open_orthoimage(path, band);
+inline Raster read_orthoimage(const std::filesystem::path& path, int band = 0,
+                              const NoDataChoice& no_data = {}) {
+  const std::unique_ptr<RasterSource> source = open_orthoimage(path, band, no_data);
   const RasterFacts& facts = source->facts();
   const std::unique_ptr<RasterReader> reader = source->reader();
   GreyRange range;

@@ -1,6 +1,7 @@
 // What the values of an image mean: palettes, negatives, special pixels, no-data that nothing marks.
 #include "ortho/pixel_meaning.hpp"
 
+#include <fmt/format.h>
 #include <gdal_priv.h>
 
 #include <cstring>
@@ -124,6 +125,80 @@ void test_special_pixels(void**) {
                       [&](GDALDataset& data) { data.GetRasterBand(1)->SetNoDataValue(null); }));
 }
 
+/// A cube's special pixels by the mask that GDAL writes beside a copy of it: all of them missing.
+void test_special_pixels_of_a_masked_copy(void**) {
+  const Value whole = [](int, int x, int y) { return y == 0 && x < 5 ? -32768.0 + x : 1000.0 + 100 * y + x; };
+  const Value unsigned_whole = [](int, int x, int y) {
+    constexpr double kRow[] = {0, 1, 2, 65534, 65535};
+    return y == 0 && x < 5 ? kRow[x] : 1000.0 + 100 * y + x;
+  };
+  const Value real = [](int, int x, int y) {
+    return y == 0 && x < 5 ? static_cast<double>(special(0xFF7FFFFBU + static_cast<std::uint32_t>(x)))
+                           : 0.1 + 0.01 * y + 0.001 * x;
+  };
+  const std::string cubes[] = {image("whole.cub", "ISIS3", GDT_Int16, 1, 8, whole),
+                               image("natural.cub", "ISIS3", GDT_UInt16, 1, 8, unsigned_whole),
+                               image("real2.cub", "ISIS3", GDT_Float32, 1, 8, real)};
+  for (const std::string& cube : cubes) {
+    for (const char* driver : {"GTiff", "VRT"}) {
+      if (&cube == &cubes[1] && driver[0] == 'V') continue;  // keeps no label, and 0 alone says nothing
+      const std::string copy =
+          scratch.path(std::string("copy.") + (driver[0] == 'V' ? "vrt" : "tif")).string();
+      std::unique_ptr<GDALDataset> from(GDALDataset::Open(cube.c_str(), GDAL_OF_RASTER));
+      std::unique_ptr<GDALDataset> to(GetGDALDriverManager()->GetDriverByName(driver)->CreateCopy(
+          copy.c_str(), from.get(), 0, nullptr, nullptr, nullptr));
+      assert_non_null(to.get());
+      to->CreateMaskBand(GMF_PER_DATASET);
+      const std::uint8_t none[5] = {};
+      std::uint8_t all[64];
+      std::memset(all, 255, sizeof all);
+      std::memcpy(all, none, sizeof none);
+      if (driver[0] == 'G') {
+        assert_int_equal(to->GetRasterBand(1)->GetMaskBand()->RasterIO(GF_Write, 0, 0, 8, 8, all, 8, 8,
+                                                                       GDT_Byte, 0, 0, nullptr),
+                         CE_None);
+      }
+      to.reset();
+      from.reset();
+      check_special(copy);
+    }
+  }
+}
+
+/// -128 is black, whatever GDAL makes of the sign.
+void test_signed_bytes(void**) {
+  const Value value = [](int, int x, int y) { return (10 * y + x + 128 + 90) % 256; };  // -38 on
+  const auto check = [](const std::string& path, const NoDataChoice& no_data) {
+    raster = read_orthoimage(path, 0, no_data);
+    assert_int_equal(grey(1, 0), 128 - 37);
+    assert_int_equal(grey(7, 7), 128 + 39);
+    assert_true(missing(0, 0));
+  };
+  const std::string path = image("signed.tif", "GTiff", GDT_Byte, 1, 8, value, {}, "PIXELTYPE=SIGNEDBYTE");
+  check(path, {-38.0, true});
+  check(image(
+            "signed_tagged.tif", "GTiff", GDT_Byte, 1, 8, value,
+            [](GDALDataset& data) { data.GetRasterBand(1)->SetNoDataValue(-38.0); }, "PIXELTYPE=SIGNEDBYTE"),
+        {});
+  std::string bytes;
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) bytes += static_cast<char>(static_cast<unsigned char>(value(0, x, y)));
+  }
+  scratch.file("signed.img", bytes);
+  for (const char* order : {"MSB_", "LSB_", ""}) {
+    const std::string label = fmt::format(
+        "PDS_VERSION_ID = PDS3\r\nRECORD_TYPE = FIXED_LENGTH\r\nRECORD_BYTES = 8\r\nFILE_RECORDS = 8\r\n"
+        "^IMAGE = \"signed.img\"\r\nOBJECT = IMAGE\r\nLINES = 8\r\nLINE_SAMPLES = 8\r\nSAMPLE_TYPE = {}INTEGER\r\n"
+        "SAMPLE_BITS = 8\r\nBANDS = 1\r\nMISSING_CONSTANT = -38\r\nEND_OBJECT = IMAGE\r\n"
+        "OBJECT = IMAGE_MAP_PROJECTION\r\nMAP_PROJECTION_TYPE = \"EQUIRECTANGULAR\"\r\nA_AXIS_RADIUS = 3396.19 <KM>\r\n"
+        "B_AXIS_RADIUS = 3396.19 <KM>\r\nC_AXIS_RADIUS = 3396.19 <KM>\r\nCENTER_LATITUDE = 0.0 <DEG>\r\n"
+        "CENTER_LONGITUDE = 0.0 <DEG>\r\nMAP_RESOLUTION = 592746.0\r\nMAP_SCALE = 0.0001 <KM/PIXEL>\r\n"
+        "LINE_PROJECTION_OFFSET = 8.5\r\nSAMPLE_PROJECTION_OFFSET = 0.5\r\nEND_OBJECT = IMAGE_MAP_PROJECTION\r\nEND\r\n",
+        order);
+    check(scratch.file("signed.lbl", label).string(), {});
+  }
+}
+
 void test_special_pixels_of_a_label(void**) {
   const Value value = [](int, int x, int y) {
     constexpr double kRow[] = {0, 1, 2, 1022, 1023};
@@ -226,7 +301,9 @@ int main() {
       cmocka_unit_test(test_min_is_white),
       cmocka_unit_test(test_negative_scale),
       cmocka_unit_test(test_special_pixels),
+      cmocka_unit_test(test_special_pixels_of_a_masked_copy),
       cmocka_unit_test(test_special_pixels_of_a_label),
+      cmocka_unit_test(test_signed_bytes),
       cmocka_unit_test(test_colour_with_no_data),
       cmocka_unit_test(test_unmarked_values),
       cmocka_unit_test(test_unmarked_holes),
