@@ -1,12 +1,18 @@
 #include "commands/command_line.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 
 namespace cairn::ground {
@@ -20,6 +26,29 @@ bool is_written(CLI::Option* option) {
   } catch (const CLI::OptionNotFound&) {
     return false;
   }
+}
+
+std::string at_least_zero(const std::string& text, bool zero) {
+  const std::optional<double> value = to_number<double>(text);
+  if (value && (*value > 0.0 || (zero && *value >= 0.0))) return {};
+  return fmt::format("{} is not a {}", text, zero ? "number of 0 or more" : "positive number");
+}
+
+/// 1.5k becomes 1500, 2Mi 2097152; what is wrong with it, if anything is.
+std::string read_size(std::string& text) {
+  constexpr std::string_view kUnits = "kmgt";
+  std::string unit = text.substr(std::min(text.find_first_not_of("+-.0123456789"), text.size()));
+  const std::optional<double> number = to_finite(std::string_view(text).substr(0, text.size() - unit.size()));
+  for (char& c : unit) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  if (!unit.empty() && unit.back() == 'b') unit.pop_back();
+  const std::size_t power = unit.empty() ? 0 : kUnits.find(unit[0]) + 1;
+  const bool binary = unit.size() == 2 && unit[1] == 'i';
+  const bool known = unit.empty() || (power > 0 && (unit.size() == 1 || binary));
+  const double bytes = number.value_or(0.0) * std::pow(binary ? 1024.0 : 1000.0, static_cast<double>(power));
+  if (!known || !(bytes >= 1.0) || bytes > 4294967295.0)
+    return text + " is no number of bytes; give one like 300, 1.5k, 20ki or 1M";
+  text = fmt::format("{:.0f}", std::floor(bytes));
+  return {};
 }
 
 /// An input that is an output, too, would be gone.
@@ -52,11 +81,12 @@ OptionRules& OptionRules::within(double least, double most) {
   return *this;
 }
 OptionRules& OptionRules::positive() {
-  option_->check(CLI::PositiveNumber);
+  // CLI11's own rule tells the range up to its last of 300 digits.
+  option_->check([](const std::string& text) { return at_least_zero(text, false); }, "POSITIVE");
   return *this;
 }
 OptionRules& OptionRules::not_negative() {
-  option_->check(CLI::NonNegativeNumber);
+  option_->check([](const std::string& text) { return at_least_zero(text, true); }, "NONNEGATIVE");
   return *this;
 }
 OptionRules& OptionRules::one_of(std::initializer_list<std::string> words) {
@@ -64,7 +94,7 @@ OptionRules& OptionRules::one_of(std::initializer_list<std::string> words) {
   return *this;
 }
 OptionRules& OptionRules::in_bytes() {
-  option_->transform(CLI::AsSizeValue(true));
+  option_->transform(CLI::Validator(read_size, "BYTES"));
   return *this;
 }
 OptionRules& OptionRules::values(int least, int most) {

@@ -28,7 +28,7 @@ class OptionRules {
   OptionRules& positive();
   OptionRules& not_negative();
   OptionRules& one_of(std::initializer_list<std::string> words);
-  /// Bytes: 300, 20k (20,000), 20ki (20,480); m and g likewise.
+  /// Bytes, one or more: 300, 1.5k (1,500), 20ki (20,480); m, g and t likewise, in small letters or capitals.
   OptionRules& in_bytes();
   /// How many values in a row, 1 where not told.
   OptionRules& values(int least, int most);
