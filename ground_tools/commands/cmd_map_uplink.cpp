@@ -60,14 +60,33 @@ void print(const Cut& cut, const UplinkOptions& options) {
     fmt::print("nothing has changed: the map in use serves this way; there is no need to send this\n");
 }
 
+Vec2 place_at(const PlannedPath& path, double s_m) {
+  std::size_t i = 1;
+  while (i + 1 < path.s_m.size() && path.s_m[i] < s_m) ++i;
+  const double share = (s_m - path.s_m[i - 1]) / (path.s_m[i] - path.s_m[i - 1]);
+  return path.p_map_m[i - 1] + std::clamp(share, 0.0, 1.0) * (path.p_map_m[i] - path.p_map_m[i - 1]);
+}
+
 /// Ways to the fixes that a forecast counts on.
-std::vector<double> fixes_of(const fs::path& forecast) {
+std::vector<double> fixes_of(const fs::path& forecast, const PlannedPath& path) {
+  constexpr double kOffWay_m = 1.0;  // and a share of the way, which the forecast drives in steps
+  constexpr double kOffShare = 0.01;
   const CsvTable table(forecast, "give the forecast.csv of cairn map forecast");
   const std::size_t arc = table.column("arc_m");
   const std::size_t blind = table.column("blind");
+  const std::optional<std::size_t> x = table.find({"x_m"});
+  const std::optional<std::size_t> y = table.find({"y_m"});
   std::vector<double> fixes;
   for (std::size_t row = 0; row < table.size(); ++row) {
-    if (table.number(row, blind) == 0.0) fixes.push_back(table.number(row, arc));
+    const double s_m = table.number(row, arc);
+    const Vec2 there = place_at(path, s_m);
+    const double off_m = x && y ? (Vec2(table.number(row, *x), table.number(row, *y)) - there).norm() : 0.0;
+    if (off_m > kOffWay_m + kOffShare * s_m)
+      throw ToolError(
+          "{}: is the forecast of another way: its place at {:.1f} m is {:.1f} m off this one; give the "
+          "forecast.csv of the same --path",
+          forecast.string(), s_m, off_m);
+    if (table.number(row, blind) == 0.0) fixes.push_back(s_m);
   }
   std::sort(fixes.begin(), fixes.end());
   return fixes;
@@ -121,7 +140,7 @@ fs::path map_file(const UplinkOptions& options) {
   return file;
 }
 
-void uplink(const UplinkOptions& options) {
+void uplink(UplinkOptions options) {
   const fs::path file = map_file(options);
   const CmapContent whole = load_map(options.map);
   const std::vector<Vec2> way = read_way(options.path, whole.reference_system);
@@ -130,6 +149,7 @@ void uplink(const UplinkOptions& options) {
   std::optional<BaseMap> base;
   if (!options.base.empty()) base = BaseMap{read_file(options.base), options.base.string()};
   warn_of_scale(options.map, whole);
+  if (!options.fixes.empty()) options.params.fixes_s_m = fixes_of(options.fixes, path);
   UplinkParams params = options.params;
   params.found = [curve = mission_model(whole.method).detection](const TableBoulder& b) {
     return b.confidence * curve(b.diameter_m);
@@ -212,7 +232,6 @@ void add_map_uplink(Command map) {
   app.add_flag("--json", o.json, "print the report as JSON");
   app.on_run([options] {
     options->params.drift = options->drift_percent / 100.0;
-    if (!options->fixes.empty()) options->params.fixes_s_m = fixes_of(options->fixes);
     uplink(*options);
   });
 }

@@ -175,6 +175,29 @@ void test_fixes_of_a_forecast(void**) {
   const std::string end =
       fmt::format("{:.1f} m at its end", UplinkParams().half_width_m + 0.1 * (length_m - 20.0));
   assert_non_null(std::strstr(said().c_str(), end.c_str()));
+  scratch.file("forecast.csv", "arc_m,x_m,y_m,blind\n5,5.18,3.74,0\n20,18,2,0\n");
+  test::check_refusal(scratch, "map uplink" + good() + to("no") + fixes, "forecast.csv",
+                      "of the same --path");
+}
+
+/// As people write sizes; what is none is told in one short line.
+void test_budgets(void**) {
+  assert_int_equal(
+      test::run_cairn(scratch, "map uplink" + good() + to("up1500") + " --budget 1500 --json").code, 0);
+  static std::string expected;
+  expected = said();
+  for (const char* same : {"1.5k", "1.5K", "1.5kB", "0.0015M"}) {
+    assert_int_equal(
+        test::run_cairn(scratch, "map uplink" + good() + to("up1500") + " --json --budget " + same).code, 0);
+    assert_string_equal(said().c_str(), expected.c_str());
+  }
+  for (const char* bad : {"0", "-5", "2q", "k", "1.5kk", "1e3", "0.5", "9t"}) {
+    test::check_refusal(scratch, "map uplink" + good() + to("no") + " --budget=" + bad, "--budget", "1.5k");
+    assert_true(
+        test::run_cairn(scratch, "map uplink" + good() + to("no") + " --budget=" + bad).errors.size() < 200);
+  }
+  const test::Ended ended = test::run_cairn(scratch, "map build --from-csv x.csv --quantum 0" + to("no"));
+  assert_true(ended.code == 1 && ended.errors.size() < 200);
 }
 
 void test_a_short_way_is_doubted(void**) {
@@ -216,6 +239,7 @@ int main() {
       cmocka_unit_test(test_sequences_go_on),
       cmocka_unit_test(test_an_edited_map_is_a_delta),
       cmocka_unit_test(test_fixes_of_a_forecast),
+      cmocka_unit_test(test_budgets),
       cmocka_unit_test(test_a_short_way_is_doubted),
       cmocka_unit_test(test_refusals),
   };
