@@ -353,6 +353,7 @@ class GdalSource final : public RasterSource {
     for (const int b : numbers) facts_.identity += fmt::format("band {}\n", b);
     facts_.sun = find_sun(*data);
     if (no_data.guess && !no_data.value && guess_no_data(*data)) guess_no_data(*data);  // the other end, too
+    doubt_black(*data);
     for (const float value : bands_[0].meaning.missing) facts_.identity += fmt::format("no data {}\n", value);
   }
 
@@ -368,6 +369,23 @@ class GdalSource final : public RasterSource {
       facts_.all_valid = facts_.all_valid && b.meaning.plain() &&
                          data.GetRasterBand(b.number)->GetMaskFlags() == GMF_ALL_VALID;
     }
+  }
+
+  /// Black may be a shadow, too, where it is marked as no data.
+  void doubt_black(GDALDataset& data) {
+    constexpr double kDoubtfulShare = 0.002;
+    GDALRasterBand& band = *data.GetRasterBand(bands_[0].number);
+    int has = 0;
+    const double no_data = band.GetNoDataValue(&has);
+    const bool dark_end = no_data == 0.0 && bands_[0].meaning.grey.empty() && bands_[0].meaning.scale > 0.0F;
+    if (has == 0 || !dark_end || bands_.size() > 1 || !bands_[0].meaning.dark.empty()) return;
+    GdalReader reader(facts_.name, bands_);
+    const double share = share_in_gaps(reader, facts_);
+    if (share < kDoubtfulShare) return;
+    facts_.remarks.push_back(fmt::format(
+        "{:.2g} % of the pixels are no data (0) in small gaps; if they are shadows, which are black, take "
+        "the mark off with gdal_edit.py -unsetnodata, and mark the collar by a mask",
+        100.0 * share));
   }
 
   /// True: a value is no data from now on.

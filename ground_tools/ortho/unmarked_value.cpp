@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "ortho/pixel_meaning.hpp"
+
 namespace cairn::ground {
 namespace {
 
@@ -18,6 +20,8 @@ constexpr float kTimesFar = 4.0F;        // of what all others span, less their 
 constexpr double kOutermost = 0.001;     // as the stretch to grey leaves out
 constexpr std::ptrdiff_t kLeastFar = 4;  // pixels; fewer are faults of a detector
 constexpr int kCornerPx = 8;
+constexpr std::size_t kMostGapPx = 32;
+constexpr auto kMissing = static_cast<std::uint8_t>(PixelKind::kMissing);
 constexpr int kLeastValues = 16;  // of fewer a picture is drawn, not taken
 
 int windows_a_side(const RasterFacts& facts) {
@@ -33,13 +37,9 @@ int place(int i, int count, int side) {
   return static_cast<int>(static_cast<std::int64_t>(room) * i / (count - 1));
 }
 
-struct Samples {
-  std::vector<float> values;   ///< sorted
-  std::vector<float> corners;  ///< each corner's value where it is the same throughout
-};
-
-Samples sample(RasterReader& reader, const RasterFacts& facts) {
-  Samples samples;
+/// Windows of kWindowPx all over the image, its corners among them; where there is room for all, all of it.
+template <typename Take>
+void for_each_window(RasterReader& reader, const RasterFacts& facts, const Take& take) {
   std::vector<float> values(static_cast<std::size_t>(kWindowPx) * kWindowPx);
   std::vector<std::uint8_t> kinds(values.size());
   const bool whole = facts.width <= kWindowPx * kMostWindows && facts.height <= kWindowPx * kMostWindows;
@@ -51,12 +51,26 @@ Samples sample(RasterReader& reader, const RasterFacts& facts) {
       PixelBox box{at(i, across, facts.width), at(j, down, facts.height), 0, 0};
       box.x1 = std::min(box.x0 + kWindowPx, facts.width);
       box.y1 = std::min(box.y0 + kWindowPx, facts.height);
-      const bool any = reader.read_values(box, values.data(), kinds.data());
-      for (std::size_t k = 0; k < box.pixels(); ++k) {
-        if (!any || kinds[k] == 0) samples.values.push_back(values[k]);
-      }
+      if (!reader.read_values(box, values.data(), kinds.data())) std::fill(kinds.begin(), kinds.end(), 0);
+      take(box, values, kinds);
     }
   }
+}
+
+struct Samples {
+  std::vector<float> values;   ///< sorted
+  std::vector<float> corners;  ///< each corner's value where it is the same throughout
+};
+
+Samples sample(RasterReader& reader, const RasterFacts& facts) {
+  Samples samples;
+  for_each_window(reader, facts, [&](const PixelBox& box, const auto& values, const auto& kinds) {
+    for (std::size_t k = 0; k < box.pixels(); ++k) {
+      if (kinds[k] == 0) samples.values.push_back(values[k]);
+    }
+  });
+  std::vector<float> values(static_cast<std::size_t>(kCornerPx) * kCornerPx);
+  std::vector<std::uint8_t> kinds(values.size());
   const int corner = std::min({kCornerPx, facts.width, facts.height});
   for (int i = 0; i < 4; ++i) {
     const int x = i % 2 == 0 ? 0 : facts.width - corner;
@@ -96,6 +110,24 @@ bool is_far(const std::vector<float>& sorted, bool is_least) {
 }
 
 }  // namespace
+
+double share_in_gaps(RasterReader& reader, const RasterFacts& facts) {
+  std::size_t gaps = 0;
+  std::size_t there = 0;
+  for_each_window(reader, facts, [&](const PixelBox& box, const auto&, const auto& kinds) {
+    const auto width = static_cast<std::size_t>(box.width());
+    for (std::size_t row = 0; row < box.pixels(); row += width) {
+      std::size_t begin = width;  // behind the last pixel that is there; none yet
+      for (std::size_t x = 0; x < width; ++x) {
+        if (kinds[row + x] == kMissing) continue;
+        ++there;
+        if (begin < x && x - begin <= kMostGapPx) gaps += x - begin;
+        begin = x + 1;
+      }
+    }
+  });
+  return gaps + there == 0 ? 0.0 : static_cast<double>(gaps) / static_cast<double>(gaps + there);
+}
 
 std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFacts& facts) {
   const Samples samples = sample(reader, facts);

@@ -20,4 +20,8 @@ struct UnmarkedValue {
 /// are as usual.
 std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFacts& facts);
 
+/// Share of the pixels, in windows as above, that are missing from a row between others that are there, at
+/// most 32 of them: shadows, where black is taken for no data. A collar has no such gaps.
+double share_in_gaps(RasterReader& reader, const RasterFacts& facts);
+
 }  // namespace cairn::ground

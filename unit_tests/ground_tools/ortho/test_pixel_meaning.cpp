@@ -267,6 +267,22 @@ void test_unmarked_values(void**) {
   assert_true(remarks_of(path).empty() && open_orthoimage(path)->facts().all_valid);
 }
 
+/// Zero marked as no data takes black shadows away, which is told; a collar alone is none.
+void test_black_shadows_as_no_data(void**) {
+  const auto with = [](bool shadows) {
+    return remarks_of(image(
+        "black.tif", "GTiff", GDT_Byte, 1, kSide,
+        [&](int, int x, int y) {
+          const bool shadow = shadows && x % 32 < 4 && y % 32 < 3;
+          return shadow || x + y < 60 || x + 2 * y > 350 ? 0.0 : 60.0 + (7 * x + 13 * y) % 90;
+        },
+        [](GDALDataset& data) { data.GetRasterBand(1)->SetNoDataValue(0.0); }));
+  };
+  assert_true(with(false).empty());
+  assert_int_equal(with(true).size(), 1);
+  assert_true(with(true)[0].find("-unsetnodata") != std::string::npos);
+}
+
 /// Holes of a value where no brightness is, whatever their size and place; both ends at once.
 void test_unmarked_holes(void**) {
   const auto ground = [](int x, int y) { return 90.0 + (37 * x + 91 * y + x * y) % 100; };
@@ -307,6 +323,7 @@ int main() {
       cmocka_unit_test(test_colour_with_no_data),
       cmocka_unit_test(test_unmarked_values),
       cmocka_unit_test(test_unmarked_holes),
+      cmocka_unit_test(test_black_shadows_as_no_data),
   };
   return cmocka_run_group_tests_name("ground_tools/ortho/pixel_meaning", tests, nullptr, nullptr);
 }
