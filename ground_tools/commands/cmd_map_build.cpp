@@ -441,10 +441,18 @@ std::pair<std::string, std::string> own_scale(const BuildOptions& options) {
   return {facts.reference_system, scale_words(facts.reference_system, middle_of(facts))};
 }
 
+/// Of the ground that the image covers, before the work: what could not be taken after it.
+void check_heights(const BuildOptions& options, const RasterFacts& facts) {
+  if (options.dem.empty()) return;
+  const MapExtent e = extent_of(facts.geo, facts.width, facts.height);
+  heights_at(options.dem, {{e.min_x_m, e.min_y_m}, {e.max_x_m, e.max_y_m}}, facts.reference_system);
+}
+
 void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   OutputFile map(options.output);  // first, so that a folder that cannot be written is told before the work
   const TileInput input = open_input(options);
   const RasterFacts& facts = input.source->facts();
+  check_heights(options, facts);
   for (const std::string& remark : facts.remarks)
     fmt::print(stderr, "cairn: warning: {}: {}\n", options.ortho.string(), remark);
   tell_method(options, input);

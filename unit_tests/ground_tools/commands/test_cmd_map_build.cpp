@@ -300,6 +300,19 @@ void test_ranks(void**) {
   assert_true(once != std::string::npos && ended.errors.find("cairn: ", once + 1) == std::string::npos);
 }
 
+/// A model that cannot be used is told before the work, in one line alone: no word yet of the method.
+void test_bad_elevation_models_are_told_first(void**) {
+  test::write_image(file("voids.tif"), "GTiff", GDT_Byte, 200, 200, 1,
+                    [](int, int x, int y) { return x > 90 && x < 99 && y > 90 && y < 99 ? 0 : 200 + x % 7; });
+  georeference(file("voids.tif"));
+  test::check_refusal(scratch,
+                      "map build " + file("site.tif") + " --sun 40,270 -o " + file("heights.cmap") +
+                          " --dem " + file("voids.tif"),
+                      "voids.tif", "-a_nodata 0");
+  assert_true(read_file(scratch.path("stdout")).empty());
+  assert_false(fs::exists(file("heights.cmap")));
+}
+
 /// What is read is still there, whatever names it as an output.
 void test_inputs_are_kept(void**) {
   for (const char* name : {"input.tif", "input_dem.tif"}) fs::copy_file(file("site.tif"), file(name));
@@ -338,6 +351,7 @@ int main() {
       cmocka_unit_test(test_craters_alone),
       cmocka_unit_test(test_three_bands_are_their_mean),
       cmocka_unit_test(test_ranks),
+      cmocka_unit_test(test_bad_elevation_models_are_told_first),
       cmocka_unit_test(test_inputs_are_kept),
   };
   return cmocka_run_group_tests_name("ground_tools/commands/cmd_map_build", tests, setup, nullptr);
