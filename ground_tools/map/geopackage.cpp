@@ -212,8 +212,10 @@ PointLayer read_points(const std::filesystem::path& path, double min_diameter_m)
     throw ToolError("{}: cannot be opened as a layer of points{}; give a GeoPackage, GeoJSON or shapefile",
                     name, quiet.reason());
   OGRLayer* layer = data->GetLayerByName(kLayer);
-  if (layer == nullptr) layer = data->GetLayer(0);
-  if (layer == nullptr) throw ToolError("{}: contains no layer; export the boulders as points", name);
+  for (OGRLayer* const other : data->GetLayers()) {
+    if (layer == nullptr && !is_crater(other->GetName())) layer = other;
+  }
+  if (layer == nullptr) throw ToolError("{}: contains no layer of boulders; export them as points", name);
   const OGRFeatureDefn& fields = *layer->GetLayerDefn();
   int diameter = fields.GetFieldIndex("diameter_m");
   if (diameter < 0) diameter = fields.GetFieldIndex("diameter");

@@ -43,9 +43,9 @@ std::string reference_beside(const std::filesystem::path& csv);
 
 /// Boulders of a layer of points that GDAL opens: a GeoPackage as above or as QGIS saves it, GeoJSON, a
 /// shapefile. Fields diameter_m or diameter, others of write_geopackage where they are, as numbers or text.
-/// Features of kind crater are left out, as by read_csv(). Of several layers `boulders`, else the first.
-/// Throws ToolError: cannot be read, no points, no such field, text that is no number, degrees, what
-/// check_boulder() refuses.
+/// Features of kind crater are left out, as by read_csv(). Of several layers `boulders`, else the first but
+/// `craters`. Throws ToolError: cannot be read, no points, no such field, text that is no number, degrees,
+/// what check_boulder() refuses.
 struct PointLayer {
   std::vector<TableBoulder> boulders;
   std::string reference_system;

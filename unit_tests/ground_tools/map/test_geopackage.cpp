@@ -133,6 +133,18 @@ void test_a_layer_saved_by_hand(void**) {
   assert_refused(read_points(save("", "boulder")), "diameter is not positive");
 }
 
+/// A layer of craters that was saved alone.
+void test_craters_alone_are_no_boulders(void**) {
+  make_boulders(false);
+  write_geopackage(scratch.path("both.gpkg"), {}, kMars, boulders);
+  {
+    const std::unique_ptr<GDALDataset> both(
+        GDALDataset::Open(scratch.path("both.gpkg").c_str(), GDAL_OF_VECTOR | GDAL_OF_UPDATE));
+    assert_int_equal(both->DeleteLayer(0), OGRERR_NONE);
+  }
+  assert_refused(read_points(scratch.path("both.gpkg")), "no layer of boulders");
+}
+
 /// However a system is written, the file's system means the same.
 /// What is written is read as it was.
 void test_points_are_boulders_again(void**) {
@@ -235,6 +247,7 @@ int main() {
       cmocka_unit_test(test_craters_have_a_layer),
       cmocka_unit_test(test_points_are_boulders_again),
       cmocka_unit_test(test_a_layer_saved_by_hand),
+      cmocka_unit_test(test_craters_alone_are_no_boulders),
       cmocka_unit_test(test_reference_systems),
       cmocka_unit_test(test_same_table_same_bytes),
       cmocka_unit_test(test_ogrinfo),
