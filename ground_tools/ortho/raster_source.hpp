@@ -98,8 +98,8 @@ struct NoDataChoice {
 /// A value at the end of the range that fills a corner and 2 % or more of the image is a collar that its
 /// file does not mark. It is taken for no data where it is 255 of 8 bits, or farther from all other values
 /// than these are from each other. So is, of more than 8 bits, what is four times as far from all others,
-/// and below zero or above them: -9999 in holes of any size. Either is told among the remarks, as is an end
-/// of the range that fills 5 % or more (of samples all over the image).
+/// and below zero or above them: -9999 in holes of any size. Either is told among the remarks, as are zero
+/// so far off, and an end of the range that fills 5 % or more (of samples all over the image).
 ///
 /// Throws ToolError: cannot be opened, no geo-reference, degrees or a unit other than the metre, band out of
 /// range, complex numbers, a scale of 0.

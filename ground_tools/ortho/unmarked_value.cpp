@@ -93,16 +93,14 @@ bool is_drawn(const std::vector<float>& sorted) {
   return distinct < kLeastValues;
 }
 
-/// Far from all other values, on the side where there is no brightness: below zero, or above the largest. A
-/// shadow without any light is zero, and may be as far from sunlit ground. The other end may be such a value,
-/// too, and does not count.
+/// Far from all other values. The other end may be such a value, too, and does not count.
 bool is_far(const std::vector<float>& sorted, bool is_least) {
   const auto above = std::upper_bound(sorted.begin(), sorted.end(), sorted.front());
   const auto below = std::lower_bound(above, sorted.end(), sorted.back());
   const float end = is_least ? sorted.front() : sorted.back();
   const auto count = is_least ? above - sorted.begin() : sorted.end() - below;
   const auto others = below - above;
-  if (count < kLeastFar || others == 0 || (is_least && end >= 0.0F)) return false;
+  if (count < kLeastFar || others == 0) return false;
   const auto left_out = static_cast<std::ptrdiff_t>(kOutermost * static_cast<double>(others));
   const float near = is_least ? *above : *(below - 1);
   const float far = is_least ? *(below - 1 - left_out) : *(above + left_out);
@@ -149,14 +147,16 @@ std::optional<UnmarkedValue> unmarked_value(RasterReader& reader, const RasterFa
     const bool corner =
         std::find(samples.corners.begin(), samples.corners.end(), end.value) != samples.corners.end();
     const bool saturated = facts.depth == PixelDepth::kEight && std::fabs(end.value - 255.0F) < 1e-3F;
+    const bool far = facts.depth != PixelDepth::kEight && is_far(values, is_least);
+    // No brightness is below zero; a shadow without any light is zero, and may be far from sunlit ground.
+    const bool beyond = far && (!is_least || end.value < 0.0F);
     end.is_no_ground =
-        end.share <= kMostShare && ((corner && end.share >= kCollarShare && (apart || saturated)) ||
-                                    (facts.depth != PixelDepth::kEight && is_far(values, is_least)));
+        end.share <= kMostShare && ((corner && end.share >= kCollarShare && (apart || saturated)) || beyond);
     // Of the mean of three bands, thirds add up to a little less.
     if (facts.depth == PixelDepth::kEight) end.value = std::round(end.value);
     const auto [from, to] = std::equal_range(values.begin(), values.end(), next);
     stands_out[is_least ? 0 : 1] =
-        end.share >= kUsualShare && end.share * total > kTimesNext * static_cast<double>(to - from);
+        far || (end.share >= kUsualShare && end.share * total > kTimesNext * static_cast<double>(to - from));
     return end;
   };
   const UnmarkedValue ends[] = {judge(true), judge(false)};
