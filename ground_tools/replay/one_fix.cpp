@@ -54,13 +54,15 @@ void take(OneFix& fix, const Pose2& T_map_local_start, const Vec2& pivot_m, cons
   const Vec3& offset = fix.result.offset;
   const double yaw = wrap_angle(T_map_local_start.yaw_rad + offset.z());
   const Pose2 turn{0.0, 0.0, yaw};
-  const Vec2 arm = turn * pivot_m;
+  const Vec2 arm = fix.result.scale * (turn * pivot_m);
   const Vec2 origin = T_map_local_start * pivot_m + offset.head<2>() - arm;
   fix.T_map_local = {origin.x(), origin.y(), yaw};
   Mat3 J = Mat3::Identity();  // of the origin by the pivot
   J(0, 2) = arm.y();
   J(1, 2) = -arm.x();
   fix.covariance = J * fix.result.covariance * J.transpose();
+  const double scale_error = fix.result.scale_sigma / fix.result.scale;
+  fix.covariance.topLeftCorner<2, 2>() += scale_error * scale_error * arm * arm.transpose();
   // What the yaw's error does in second order: mean square of lever (1 - cos error).
   const Vec2 lever = turn * middle_m;
   const double variance = fix.covariance(2, 2);

@@ -49,6 +49,7 @@ struct View {
   int trues = kTrue;
   int clutter = kClutter;
   bool mirrored = false;
+  double scale = 1.0;  ///< of the map's metres
 };
 
 /// What a rover sees about a place, in the frame that T_map_local puts into the map.
@@ -66,7 +67,7 @@ void see(const Pose2& T_map_local, const View& view) {
   }
   std::string text = "x,y\n";
   for (const Vec2& p_map_m : seen) {
-    const Vec2 p = T_map_local.inverse() * p_map_m;
+    const Vec2 p = (T_map_local.inverse() * p_map_m) / view.scale;
     text += fmt::format("{:.5f},{:.5f}\n", view.mirrored ? -p.x() : p.x(), p.y());
   }
   scratch.file("local.csv", text);
@@ -156,6 +157,25 @@ void test_lost(void**) {
       check_found(truth, {18.0, 38.0});
       assert_true(answer["prior"].is_null());
     }
+  }
+}
+
+/// Where the map's metre is longer, the frame's origin lies as far from the boulders as the map has it, and is
+/// as unsure as scale and heading leave it.
+void test_lost_on_a_map_that_is_too_large(void**) {
+  View view;
+  view.scale = 1.04;
+  view.trues = 26;
+  const Pose2 T_map_local{55.0, 38.0, 2.0};
+  for (int trial = 0; trial < 5; ++trial) {
+    see(T_map_local, view);
+    assert_int_equal(fix(" --lost"), 0);
+    assert_near(answer["scale"].get<double>(), 1.04, 0.02);
+    const json& p = answer["pose"];
+    const Vec2 off = Vec2(p["x_m"], p["y_m"]) - T_map_local.translation();
+    const double sigma_m = std::hypot(answer["sigma"]["x_m"].get<double>(), answer["sigma"]["y_m"]);
+    assert_at_most(off.norm(), 3.0 * sigma_m);
+    assert_at_most(sigma_m, 1.0);
   }
 }
 
@@ -280,6 +300,7 @@ int main() {
       cmocka_unit_test(test_an_origin_away_from_the_boulders),
       cmocka_unit_test(test_a_prior_that_is_wide_or_wrong),
       cmocka_unit_test(test_lost),
+      cmocka_unit_test(test_lost_on_a_map_that_is_too_large),
       cmocka_unit_test(test_sectors),
       cmocka_unit_test(test_what_cannot_be_proved),
       cmocka_unit_test(test_in_words),
