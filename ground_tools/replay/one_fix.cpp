@@ -113,8 +113,12 @@ bool OneFix::weighed() const {
 
 bool OneFix::has_second() const { return weighed() && result.verdict.second_log_ratio > -1.0e3; }
 
-OneFix fix_once(const MapFixParams& params, const OrbitalMap& map, const LocalMap& local,
+OneFix fix_once(const MapFixParams& usual, const OrbitalMap& map, const LocalMap& local,
                 const std::optional<LocalPrior>& prior, const std::optional<Sector>& sector) {
+  MapFixParams params = usual;
+  // Who gives diameters means them; on board they serve the search alone.
+  if (std::any_of(local.begin(), local.end(), [](const LocalBoulder& b) { return b.diameter_m > 0.0F; }))
+    params.search.evidence.size_sigma = params.lost.sigma_size;
   const auto job = std::make_unique<MapFix>();  // megabytes
   const Pose2 start = prior ? prior->T_map_local : Pose2();
   const Vec2 middle_m = middle_of(local);

@@ -50,25 +50,31 @@ struct View {
   int clutter = kClutter;
   bool mirrored = false;
   double scale = 1.0;  ///< of the map's metres
+  double sizes = 0.0;  ///< factor on the diameters that are told; 0: none are
 };
 
 /// What a rover sees about a place, in the frame that T_map_local puts into the map.
 void see(const Pose2& T_map_local, const View& view) {
   std::vector<Vec2> seen;
+  std::vector<double> diameters_m;
   for (const TableBoulder& b : rocks) {
     if (static_cast<int>(seen.size()) == view.trues) break;
     if ((b.p_map_m - view.around_map_m).norm() > kRadius_m) continue;
     seen.push_back(b.p_map_m + kNoise_m * Vec2(test::normal(dice), test::normal(dice)));
+    diameters_m.push_back(view.sizes * b.diameter_m);
   }
   for (int i = 0; i < view.clutter; ++i) {
     const double r = kRadius_m * std::sqrt(test::uniform(dice, 0.0, 1.0));
     const SinCos at = sin_cos(test::uniform(dice, -kPi, kPi));
     seen.push_back(view.around_map_m + r * Vec2(at.cos, at.sin));
+    diameters_m.push_back(view.sizes * test::uniform(dice, 0.1, 0.4));
   }
-  std::string text = "x,y\n";
-  for (const Vec2& p_map_m : seen) {
-    const Vec2 p = (T_map_local.inverse() * p_map_m) / view.scale;
-    text += fmt::format("{:.5f},{:.5f}\n", view.mirrored ? -p.x() : p.x(), p.y());
+  std::string text = view.sizes > 0.0 ? "x,y,diameter\n" : "x,y\n";
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Vec2 p = (T_map_local.inverse() * seen[i]) / view.scale;
+    text += fmt::format("{:.5f},{:.5f}", view.mirrored ? -p.x() : p.x(), p.y());
+    if (view.sizes > 0.0) text += fmt::format(",{:.3f}", diameters_m[i]);
+    text += '\n';
   }
   scratch.file("local.csv", text);
 }
@@ -160,8 +166,8 @@ void test_lost(void**) {
   }
 }
 
-/// Where the map's metre is longer, the frame's origin lies as far from the boulders as the map has it, and is
-/// as unsure as scale and heading leave it.
+/// Where the map's metre is longer, the frame's origin lies as far from the boulders as the map has it, and
+/// is as unsure as scale and heading leave it.
 void test_lost_on_a_map_that_is_too_large(void**) {
   View view;
   view.scale = 1.04;
@@ -177,6 +183,23 @@ void test_lost_on_a_map_that_is_too_large(void**) {
     assert_at_most(off.norm(), 3.0 * sigma_m);
     assert_at_most(sigma_m, 1.0);
   }
+}
+
+/// Diameters speak for the place where they are the map's, and against it where they are not.
+void test_diameters_are_evidence(void**) {
+  const Pose2 truth{28.0, 31.0, 2.1};
+  double log_ratio[3] = {};
+  const double sizes[3] = {0.4, 0.0, 1.0};
+  for (int k = 0; k < 3; ++k) {
+    dice = Random(11);
+    View view;
+    view.sizes = sizes[k];
+    see(truth, view);
+    assert_int_equal(fix(prior({28.3, 30.6, 2.1})), k == 0 ? 3 : 0);
+    log_ratio[k] = answer["log_ratio"];
+  }
+  assert_at_least(log_ratio[1], log_ratio[0] + 3.0);
+  assert_at_least(log_ratio[2], log_ratio[1] + 3.0);
 }
 
 /// Headings outside are not looked at, inside they are; with a prior, both must hold.
@@ -301,6 +324,7 @@ int main() {
       cmocka_unit_test(test_a_prior_that_is_wide_or_wrong),
       cmocka_unit_test(test_lost),
       cmocka_unit_test(test_lost_on_a_map_that_is_too_large),
+      cmocka_unit_test(test_diameters_are_evidence),
       cmocka_unit_test(test_sectors),
       cmocka_unit_test(test_what_cannot_be_proved),
       cmocka_unit_test(test_in_words),
