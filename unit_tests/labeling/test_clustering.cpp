@@ -5,18 +5,16 @@
 
 #include "core/random.hpp"
 #include "support/cmocka.hpp"
+#include "support/noise.hpp"
 
 using namespace cairn;
+using test::uniform;
 
 namespace {
 
 ClusteringJob job;
 ClusteringJob sliced;
 ClusterPoints points;
-
-double uniform(Random& random, double low, double high) {
-  return low + (high - low) * random.next() / 4294967296.0;
-}
 
 void add(double x, double y, double z, int label = 0) {
   assert_true(points.push_back({Vec3(x, y, z), static_cast<std::uint8_t>(label)}));

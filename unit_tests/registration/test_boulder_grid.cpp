@@ -8,9 +8,11 @@
 #include "core/random.hpp"
 #include "support/cmocka.hpp"
 #include "support/death.hpp"
+#include "support/noise.hpp"
 #include "support/slices.hpp"
 
 using namespace cairn;
+using test::uniform;
 
 namespace {
 
@@ -19,10 +21,6 @@ BoulderGrid other_grid;
 MapBoulders boulders;
 const Vec2 kOrigin(1200.0, -340.0);
 constexpr int kFull = static_cast<int>(cfg::kMaxMapWindowBoulders);
-
-double uniform(Random& random, double low, double high) {
-  return low + (high - low) * (random.next() + 0.5) / 4294967296.0;
-}
 
 void add(const Vec2& p_m, double diameter_m = 0.2) {
   assert_true(boulders.push_back({kOrigin + p_m, static_cast<float>(diameter_m)}));

@@ -7,9 +7,12 @@
 
 #include "core/random.hpp"
 #include "support/cmocka.hpp"
+#include "support/noise.hpp"
 #include "support/slices.hpp"
 
 using namespace cairn;
+using test::normal;
+using test::uniform;
 
 namespace {
 
@@ -20,14 +23,6 @@ LocalMap local_map;
 
 const Vec2 kPivot(12.0, -7.0);
 const Pose2 kTruth{40.0, 55.0, 0.8};
-
-double uniform(Random& random, double low, double high) {
-  return low + (high - low) * (random.next() + 0.5) / 4294967296.0;
-}
-double gauss(Random& random) {
-  const double u = uniform(random, 0.0, 1.0);
-  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * kPi * uniform(random, 0.0, 1.0));
-}
 
 struct World {
   double per_m2 = 1.0;
@@ -53,7 +48,7 @@ void lay(Random& random, const World& world, const Vec2& think_off) {
     Vec2 p(uniform(random, -half, half), uniform(random, -half, half));
     if (world.lattice_jitter_m >= 0.0) {
       p = Vec2(i % side * spacing - half, i / side * spacing - half) +
-          world.lattice_jitter_m * Vec2(gauss(random), gauss(random));
+          world.lattice_jitter_m * Vec2(normal(random), normal(random));
     }
     if ((p - think_off).norm() <= world.window_m) {
       MapBoulder b;
@@ -63,7 +58,7 @@ void lay(Random& random, const World& world, const Vec2& think_off) {
     if (p.norm() > world.see_m || truths == 0 || random.below(3) == 0) continue;
     --truths;
     LocalBoulder b;
-    b.p_site_m = T_site_map * Vec2(centre + p) + world.noise_m * Vec2(gauss(random), gauss(random));
+    b.p_site_m = T_site_map * Vec2(centre + p) + world.noise_m * Vec2(normal(random), normal(random));
     assert_true(local_map.push_back(b));
   }
   for (int i = 0; i < world.others; ++i) {
@@ -171,7 +166,7 @@ void test_a_turn_is_another_pose(void**) {
       b.p_map_m = centre + (k < 12 ? 3.0 : 1.8) * Vec2(std::cos(a), std::sin(a));
       assert_true(map_boulders.push_back(b));
       LocalBoulder l;
-      l.p_site_m = T_site_map * b.p_map_m + 0.03 * Vec2(gauss(random), gauss(random));
+      l.p_site_m = T_site_map * b.p_map_m + 0.03 * Vec2(normal(random), normal(random));
       assert_true(local_map.push_back(l));
     }
     assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.1, sigma_rad)), SearchStatus::kDone);
@@ -191,7 +186,7 @@ void test_the_best_are_kept(void**) {
     for (int k = 0; k < world.truths; ++k) {
       MapBoulder b;
       b.p_map_m = kTruth * local_map[static_cast<std::size_t>(k)].p_site_m + Vec2(1.2, 0.5) +
-                  world.noise_m * Vec2(gauss(random), gauss(random));
+                  world.noise_m * Vec2(normal(random), normal(random));
       assert_true(map_boulders.push_back(b));
     }
     assert_status(run(world, Vec2(0.0, 0.0), 0.0, covariance(0.5, 0.1)), SearchStatus::kDone);
@@ -435,7 +430,7 @@ void test_slices_of_a_crowd(void**) {
   lay(random, world, Vec2(0.4, 0.0));
   for (int i = 0; i < 2000; ++i) {
     MapBoulder b;
-    b.p_map_m = kTruth * kPivot + Vec2(1.0 + 0.02 * gauss(random), 0.02 * gauss(random));
+    b.p_map_m = kTruth * kPivot + Vec2(1.0 + 0.02 * normal(random), 0.02 * normal(random));
     assert_true(map_boulders.push_back(b));
   }
   PoseSearchParams params;

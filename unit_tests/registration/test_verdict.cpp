@@ -7,9 +7,12 @@
 
 #include "core/random.hpp"
 #include "support/cmocka.hpp"
+#include "support/noise.hpp"
 #include "support/slices.hpp"
 
 using namespace cairn;
+using test::normal;
+using test::uniform;
 
 namespace {
 
@@ -24,14 +27,6 @@ const Vec2 kPivot(3.0, -2.0);
 const Vec2 kCentre(40.0, 55.0);  // where the pivot is
 constexpr double kYaw = 0.8;
 constexpr double kWindow_m = 8.0;
-
-double uniform(Random& random, double low, double high) {
-  return low + (high - low) * (random.next() + 0.5) / 4294967296.0;
-}
-double gauss(Random& random) {
-  const double u = uniform(random, 0.0, 1.0);
-  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * kPi * uniform(random, 0.0, 1.0));
-}
 
 void add_local(const Vec2& p_map, float diameter_m = 0.0F) {
   LocalBoulder b;
@@ -61,7 +56,7 @@ void lay(Random& random, double per_m2, int truths, int others, double noise_m) 
   for (const MapBoulder& b : map_boulders) {
     if (truths == 0) break;
     if ((b.p_map_m - kCentre).norm() > 5.0) continue;
-    add_local(b.p_map_m + noise_m * Vec2(gauss(random), gauss(random)));
+    add_local(b.p_map_m + noise_m * Vec2(normal(random), normal(random)));
     --truths;
   }
   assert_int_equal(truths, 0);
@@ -254,7 +249,7 @@ void test_sizes(void**) {
       for (const MapBoulder& b : map_boulders) {
         if ((b.p_map_m - at).norm() < (nearest->p_map_m - at).norm()) nearest = &b;
       }
-      l.diameter_m = nearest->diameter_m * static_cast<float>(right ? std::exp(0.15 * gauss(random)) : 3.0);
+      l.diameter_m = nearest->diameter_m * static_cast<float>(right ? std::exp(0.15 * normal(random)) : 3.0);
     }
     weigh(params, prior_of(0.2, 0.03, kTruth), kTruth);
     return job.result().S;
@@ -511,7 +506,7 @@ void test_clusters_count_for_less(void**) {
     const Vec2 middle(uniform(random, -7.0, 7.0), uniform(random, -7.0, 7.0));
     for (int k = 0; k < 6; ++k) {
       MapBoulder b;
-      b.p_map_m = kCentre + middle + 0.15 * Vec2(gauss(random), gauss(random));
+      b.p_map_m = kCentre + middle + 0.15 * Vec2(normal(random), normal(random));
       assert_true(map_boulders.push_back(b));
       if (c % 4 == 0) add_local(b.p_map_m);
     }

@@ -11,25 +11,14 @@
 #include "support/cmocka.hpp"
 #include "support/data.hpp"
 #include "support/noise.hpp"
+#include "support/rig.hpp"
 #include "support/slices.hpp"
 
 using namespace cairn;
 
 namespace {
 
-StereoRig rig_of_the_paper() {
-  StereoRig rig;
-  rig.width_px = 512;
-  rig.height_px = 384;
-  rig.fx_px = 394.2;
-  rig.fy_px = 394.2;
-  rig.cx_px = 255.5;
-  rig.cy_px = 191.5;
-  rig.baseline_m = 0.12;
-  return rig;
-}
-
-const StereoRig kRig = rig_of_the_paper();
+const StereoRig kRig = test::rig_of_the_paper();
 const Pose3 kTruth = {quat_exp(Vec3(0.01, -0.03, 0.02)), Vec3(0.02, -0.01, -0.06)};
 MotionPairs pairs;
 RansacMotionJob ransac;

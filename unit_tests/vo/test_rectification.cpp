@@ -4,24 +4,13 @@
 
 #include "support/cmocka.hpp"
 #include "support/noise.hpp"
+#include "support/rig.hpp"
 
 using namespace cairn;
 
 namespace {
 
-StereoRig rig_of_the_paper() {
-  StereoRig rig;
-  rig.width_px = 512;
-  rig.height_px = 384;
-  rig.fx_px = 394.2;
-  rig.fy_px = 394.2;
-  rig.cx_px = 255.5;
-  rig.cy_px = 191.5;
-  rig.baseline_m = 0.12;
-  return rig;
-}
-
-const StereoRig kRig = rig_of_the_paper();
+const StereoRig kRig = test::rig_of_the_paper();
 using Angles = RectificationEstimator::Angles;
 
 /// All is left to the angles.
