@@ -9,10 +9,6 @@
 namespace cairn {
 namespace {
 
-std::uint32_t chunks_of(const UploadPlan& plan) {
-  return plan.bytes / plan.chunk_bytes + (plan.bytes % plan.chunk_bytes != 0 ? 1U : 0U);
-}
-
 /// Bytes of data in chunk `number`.
 std::uint32_t data_bytes(const UploadPlan& plan, std::uint32_t number) {
   const std::uint32_t left = plan.bytes - number * plan.chunk_bytes;
@@ -37,6 +33,10 @@ bool under_way(TransferStatus status) {
 }
 
 }  // namespace
+
+std::uint32_t chunks_of(const UploadPlan& plan) {
+  return plan.bytes / plan.chunk_bytes + (plan.bytes % plan.chunk_bytes != 0 ? 1U : 0U);
+}
 
 BeginStatus MapTransfer::judge(const UploadPlan& plan, const std::uint8_t* bank,
                                std::size_t bank_bytes) const {

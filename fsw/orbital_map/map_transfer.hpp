@@ -61,6 +61,8 @@ struct UploadPlan {
     return a.kind == b.kind && a.id == b.id && a.bytes == b.bytes && a.chunk_bytes == b.chunk_bytes;
   }
 };
+/// Of a plan whose chunk_bytes is not 0.
+std::uint32_t chunks_of(const UploadPlan& plan);
 
 enum class CAIRN_NODISCARD BeginStatus : std::uint8_t {
   kBegun,          ///< afresh; what was under way before is given up

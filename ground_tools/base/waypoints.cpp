@@ -55,4 +55,11 @@ void check_waypoints(const std::vector<Vec2>& p_map_m, const MapExtent& extent, 
   }
 }
 
+double distance_m(const Vec2& p, const Vec2& from, const Vec2& to) {
+  const Vec2 leg = to - from;
+  const double squared = leg.squaredNorm();
+  const double share = squared > 0.0 ? std::clamp((p - from).dot(leg) / squared, 0.0, 1.0) : 0.0;
+  return (p - from - share * leg).norm();
+}
+
 }  // namespace cairn::ground

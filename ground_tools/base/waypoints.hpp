@@ -24,4 +24,7 @@ void check_way(const std::vector<Vec2>& points, const std::string& name);
 /// Throws ToolError where a point lies outside `extent`, which is that of the map `map_name`.
 void check_waypoints(const std::vector<Vec2>& p_map_m, const MapExtent& extent, const std::string& map_name);
 
+/// Of a point from the leg between two way-points.
+double distance_m(const Vec2& p, const Vec2& from, const Vec2& to);
+
 }  // namespace cairn::ground

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numeric>
 
-#include "app/telecommand.hpp"
 #include "base/number_table.hpp"
 #include "base/tool_error.hpp"
 #include "core/big_endian.hpp"
@@ -19,12 +18,6 @@ constexpr std::size_t kBeginBytes = 23;
 constexpr std::size_t kUseBytes = 16;
 constexpr std::size_t kPacketBytes = 12;  // of a packet beside its body
 
-PacketBytes packet_of(const app::Command& command) {
-  app::Packet packet;
-  app::encode(command, packet);
-  return {packet.begin(), packet.end()};
-}
-
 app::Command command_of(app::CommandType type, const Upload& upload, std::uint32_t sequence) {
   app::Command command;
   command.type = type;
@@ -35,8 +28,10 @@ app::Command command_of(app::CommandType type, const Upload& upload, std::uint32
 
 }  // namespace
 
-std::uint32_t chunks_of(const UploadPlan& plan) {
-  return (plan.bytes + plan.chunk_bytes - 1U) / plan.chunk_bytes;
+PacketBytes packet_of(const app::Command& command) {
+  app::Packet packet;
+  app::encode(command, packet);
+  return {packet.begin(), packet.end()};
 }
 
 Upload make_upload(UploadKind kind, std::vector<std::uint8_t> bytes, std::vector<TilePiece> pieces,

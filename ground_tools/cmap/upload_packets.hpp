@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/telecommand.hpp"
 #include "cmap/delta_encoder.hpp"
 #include "orbital_map/map_transfer.hpp"
 
@@ -20,7 +21,6 @@ struct Upload {
 Upload make_upload(UploadKind kind, std::vector<std::uint8_t> bytes, std::vector<TilePiece> pieces,
                    std::size_t chunk_bytes);
 
-std::uint32_t chunks_of(const UploadPlan& plan);
 /// Bytes that the upload takes on the link: all packets, begin and use among them.
 std::size_t link_bytes(const UploadPlan& plan);
 
@@ -33,6 +33,7 @@ std::vector<std::uint32_t> send_order(const Upload& upload, const std::vector<st
 std::vector<std::uint32_t> choose_chunks(const std::vector<std::uint32_t>& order, const std::string& list);
 
 using PacketBytes = std::vector<std::uint8_t>;
+PacketBytes packet_of(const app::Command& command);
 PacketBytes begin_packet(const Upload& upload, std::uint32_t sequence);
 PacketBytes chunk_packet(const Upload& upload, std::uint32_t number, std::uint32_t sequence);
 PacketBytes use_packet(const Upload& upload, std::uint32_t sequence);

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "app/telecommand.hpp"
 #include "base/output_file.hpp"
 #include "base/progress_line.hpp"
 #include "base/tool_error.hpp"
 #include "cmap/cmap_file.hpp"
+#include "cmap/upload_packets.hpp"
 #include "commands/commands.hpp"
 #include "commands/frame_range.hpp"
 #include "core/big_endian.hpp"
@@ -75,12 +75,6 @@ std::vector<std::uint8_t> rig_body(const StereoRig& rig) {
   return out.get();
 }
 
-std::vector<std::uint8_t> command_body(const app::Command& command) {
-  app::Packet packet;
-  app::encode(command, packet);
-  return {packet.begin(), packet.end()};
-}
-
 std::vector<std::uint8_t> pair_body(const FrameTag& tag, const PairImages& pair) {
   Bytes out;
   out.u32(static_cast<std::uint32_t>(tag.number));
@@ -124,10 +118,10 @@ void write_tape(const TapeOptions& options) {
   start.pose = *rover;
   start.number[0] = 0.05;
   start.number[1] = 0.01;
-  write_record(file, Record::kTelecommand, command_body(start));
+  write_record(file, Record::kTelecommand, packet_of(start));
   if (!options.map.empty()) {
     write_record(file, Record::kMapBank, map);
-    write_record(file, Record::kTelecommand, command_body(app::Command{}));
+    write_record(file, Record::kTelecommand, packet_of(app::Command{}));
   }
   ProgressLine progress("tape");
   for (std::size_t i = range.first; i < end; ++i) {

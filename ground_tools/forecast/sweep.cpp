@@ -4,18 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "base/waypoints.hpp"
 #include "schedule.hpp"
 
 namespace cairn::ground {
 
 namespace {
-
-double distance_m(const Vec2& p, const Vec2& from, const Vec2& to) {
-  const Vec2 leg = to - from;
-  const double squared = leg.squaredNorm();
-  const double share = squared > 0.0 ? std::clamp((p - from).dot(leg) / squared, 0.0, 1.0) : 0.0;
-  return (p - from - share * leg).norm();
-}
 
 /// The way in as few legs as lie within kWayWidth_m of its points (Douglas and Peucker 1973).
 std::vector<Vec2> legs_of(const std::vector<Vec2>& way) {

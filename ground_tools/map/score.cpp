@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "base/statistics.hpp"
+#include "base/waypoints.hpp"
 #include "map/boulder_cells.hpp"
 
 namespace cairn::ground {
@@ -65,20 +66,13 @@ void score_precision(const std::vector<TableBoulder>& entries, const std::vector
   }
 }
 
-double distance_m(const Vec2& from, const Vec2& to, const Vec2& p) {
-  const Vec2 leg = to - from;
-  const double share =
-      leg.squaredNorm() > 0.0 ? std::clamp((p - from).dot(leg) / leg.squaredNorm(), 0.0, 1.0) : 0.0;
-  return (from + share * leg - p).norm();
-}
-
 }  // namespace
 
 bool counts(const ScoreParams& params, const MapExtent& extent, const Vec2& p_map_m) {
   if (!extent.contains(p_map_m, params.margin_m)) return false;
   if (params.way_map_m.empty()) return true;
   for (std::size_t i = 1; i < params.way_map_m.size(); ++i) {
-    if (distance_m(params.way_map_m[i - 1], params.way_map_m[i], p_map_m) <= params.within_m) return true;
+    if (distance_m(p_map_m, params.way_map_m[i - 1], params.way_map_m[i]) <= params.within_m) return true;
   }
   return false;
 }

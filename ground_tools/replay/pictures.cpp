@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/json_file.hpp"
 #include "plot/jpeg.hpp"
 
 namespace cairn::ground {
 namespace {
 
 using nlohmann::ordered_json;
-
-/// To a tenth of a millimetre: short text.
-double rounded(double v) { return std::round(v * 1.0e4) / 1.0e4; }
 
 /// Label, count, label, count ... over all pixels, row by row.
 ordered_json runs_of(const ImageU8& labels) {

@@ -15,8 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-double rounded(double v) { return std::round(v * 1.0e4) / 1.0e4; }
-
 constexpr const char* kNotWhole = "is not whole; run `cairn run` again";
 
 /// A trajectory of `count` poses; of any number where `count` is SIZE_MAX.
