@@ -36,6 +36,12 @@ inline constexpr std::uint32_t kReliefSide = kMission.relief_side;
 inline constexpr std::size_t kMaxProbes =
     static_cast<std::size_t>(kImageWidth / kMission.probe_spacing_px + 1) *
     static_cast<std::size_t>(kImageHeight / kMission.probe_spacing_px + 1);
+/// Errors of VO's steps over the sigma that it says, wherever they are weighed. On which drives it was
+/// found is not on record.
+inline constexpr double kVoSigmaFactor = 1.6;
+/// Of a probed disparity: a quarter of a pixel or so (doc/adr/0001-stereo-probes.md).
+inline constexpr double kProbeSigma_px = 0.25;
+
 // Static memory by part: working images, one number or two a pixel, and what a boulder takes.
 inline constexpr std::size_t kVoMaxBytes = 16 * kImagePixels;  ///< 3 MiB at 512 x 384
 inline constexpr std::size_t kObserverMaxBytes = 16 * kImagePixels;

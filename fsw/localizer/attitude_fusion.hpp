@@ -49,7 +49,7 @@ struct TiltParams {
   double sigma_turn_rad_per_m = 0.0004;
   double max_turn_rad_per_m = cfg::kMission.max_drift_yaw_rad_per_m;  ///< |b| is never beyond it
   double turn_walk_rad_per_m = 0.00003;                               ///< of b, per square root of a metre
-  double vo_sigma_factor = 1.6;                                       ///< f: as FusionParams'
+  double vo_sigma_factor = cfg::kVoSigmaFactor;                       ///< f
   double noise_tilt_rad = cfg::kMission.drift_noise_yaw_rad;          ///< of one metre
   double noise_z_m = cfg::kMission.drift_noise_xy_m;                  ///< of one metre
   double sigma_start_z_m = 1.0;        ///< of the start's height in `map`, where the map tells heights

@@ -5,6 +5,13 @@
 #include "core/rounding.hpp"
 
 namespace cairn {
+namespace {
+
+constexpr double kNearestBoulder_m = 0.3;  // where one is said to be nearer, its outline is widened as there
+constexpr double kNearestPoint_m = 0.05;   // in front of the camera, for a point to be projected
+
+}  // namespace
+
 void BoulderObserver::init(const BoulderParams& params, const StereoRig& rig) {
   params_ = params;
   rig_ = rig;
@@ -246,7 +253,7 @@ BoulderSighting BoulderObserver::describe(const std::uint16_t* members, int poin
     sum2 += off.squaredNorm();
   }
   // Probes are samples: the outline lies half a spacing beyond the outermost.
-  const double depth = range > 0.3 ? range : 0.3;
+  const double depth = range > kNearestBoulder_m ? range : kNearestBoulder_m;
   const double width = right - left + StereoProbeJob::kSpacing * depth / rig_.fx_px;
   BoulderSighting s;
   s.p_site_m = mean;
@@ -282,7 +289,7 @@ bool BoulderObserver::carry() {
   for (; cursor_ < end; ++cursor_) {
     const Member& m = last_members_[cursor_];
     const Vec3 p = T_cam_site * m.p_site_m;
-    if (!(p.z() > 0.05)) continue;
+    if (!(p.z() > kNearestPoint_m)) continue;
     const StereoPixel px = project(rig_, p);
     if (!(px.u_left >= 0.0 && px.v_left >= 0.0 && px.u_left < rig_.width_px && px.v_left < rig_.height_px))
       continue;

@@ -35,8 +35,8 @@ struct BoulderParams {
   BoulderCentre centre = BoulderCentre::kFootprint;
   double max_range_m = cfg::kMission.boulder_max_range_m;
   OwnHardware own = kMissionHardware;  ///< nothing there is a boulder
-  double probe_sigma_px = 0.25;        ///< of a probed disparity
-  int min_points = 3;                  ///< of a cluster
+  double probe_sigma_px = cfg::kProbeSigma_px;
+  int min_points = 3;  ///< of a cluster
   int min_votes = 1;
 };
 

@@ -28,7 +28,7 @@
 namespace cairn {
 
 struct GroundHeightParams {
-  double probe_sigma_px = 0.25;    ///< as BoulderParams'
+  double probe_sigma_px = cfg::kProbeSigma_px;
   double bias_px = 0.1;            ///< sigma of what all disparities of a frame are off by
   double common_reach_m = 10.0;    ///< how far errors of the map's heights are alike
   double common_tilt_rad = 0.001;  ///< what disparities make of a tilt in common, all frames alike

@@ -210,7 +210,7 @@ struct LocalizerHealth {
 
 class Localizer {
  public:
-  static constexpr double kUnknownStart_m = 1.0e4;
+  static constexpr double kUnknownStart_m = PoseFusion::kAnywhere_m;
 
   /// Forgets everything but trim and map.
   LocalizerStatus init(const LocalizerParams& params, const StereoRig& rig);

@@ -9,7 +9,6 @@ namespace cairn {
 namespace {
 
 constexpr double kTurnedAnyhow = 1.8;  // sigma of a heading about which nothing is known: pi / sqrt(3)
-constexpr double kAnywhere_m = 1.0e4;
 
 Mat3 inverse(const Mat3& m) { return Factors(m).inverse(); }
 

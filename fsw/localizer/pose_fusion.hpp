@@ -61,7 +61,7 @@ struct FusionParams {
   double max_turn_rad_per_m = cfg::kMission.max_drift_yaw_rad_per_m;
   double scale_walk = 0.0003;  ///< of k, per square root of a metre
   double turn_walk_rad_per_m = 0.00003;
-  double vo_sigma_factor = 1.6;                        ///< f: errors of VO's steps over what it says
+  double vo_sigma_factor = cfg::kVoSigmaFactor;        ///< f: errors of VO's steps over what it says
   double noise_xy_m = cfg::kMission.drift_noise_xy_m;  ///< of one metre, beside VO's covariance
   double noise_yaw_rad = cfg::kMission.drift_noise_yaw_rad;
   double noise_turn = cfg::kMission.drift_noise_turn;  ///< of one radian turned
@@ -135,6 +135,8 @@ struct FusionResult {
 
 class PoseFusion {
  public:
+  static constexpr double kAnywhere_m = 1.0e4;  ///< sigma of a pose that is lost
+
   void init(const FusionParams& params, double sigma_xy_m, double sigma_yaw_rad);
 
   /// From now on fixes are by another map, whose own error is of this sigma and has nothing to do with what

@@ -46,7 +46,7 @@ static_assert(enum_has<WatchStatus, kWatchStatusCount>());
 
 struct WatchParams {
   int row_step = 16;  ///< at least 1
-  double vo_sigma_factor = 1.6;
+  double vo_sigma_factor = cfg::kVoSigmaFactor;
   double prior_share = cfg::kMission.prior_share;
   double watch_sigma_m = cfg::kMission.watch_sigma_m;
   double watch_sigma_rad = cfg::kMission.watch_sigma_rad;

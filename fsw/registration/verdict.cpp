@@ -17,6 +17,10 @@ constexpr int kShareCount = 4;
 constexpr double kShares[kShareCount] = {0.25, 0.5, 0.75, 0.92};
 constexpr double kSizeOutliers = 0.1;
 constexpr double kLargestPivot = 1.0e300;
+constexpr double kLeastScale = 0.7;  // beyond these a fit has run away
+constexpr double kMostScale = 1.4;
+constexpr double kLeastFactor = 0.25;  // of the variance of pairs over sigma_pair's: half the sigma ...
+constexpr double kMostFactor = 9.0;    // ... to three times
 
 /// ln det of a positive matrix by its pivots; false where it is not positive.
 template <int N>
@@ -277,7 +281,7 @@ void EvidenceJob::end_pass() {
   pose_.y_m += step(1);
   pose_.yaw_rad = wrap_angle(pose_.yaw_rad + step(2));
   pose_.scale += step(3);
-  if (!in_range(pose_.scale, 0.7, 1.4)) {
+  if (!in_range(pose_.scale, kLeastScale, kMostScale)) {
     status_ = EvidenceStatus::kDiverged;
     return;
   }
@@ -367,7 +371,7 @@ void EvidenceJob::weigh() {
   constexpr double kPriorFreedom = 10.0;
   const double freedom = 2.0 * sum_w_ - (params_.scale_sigma > 0.0 ? 4.0 : 3.0);
   double factor = (kPriorFreedom + sum_wr2_) / (kPriorFreedom + (freedom > 0.0 ? freedom : 0.0));
-  factor = factor < 0.25 ? 0.25 : factor > 9.0 ? 9.0 : factor;
+  factor = factor < kLeastFactor ? kLeastFactor : factor > kMostFactor ? kMostFactor : factor;
   r.covariance = Factors(Mat4(seen / factor + prior)).inverse();
   if (params_.scale_sigma == 0.0) r.covariance(3, 3) = 0.0;
   tell_fresh(factor);

@@ -150,7 +150,7 @@
     ['yaw_deg', 'Heading (yaw) error, degrees'], ['rotation_deg', 'Whole rotation error, degrees']
   ];
 
-  const kAnywhere_m = 1000;  // sigma from which on a pose stands for no place
+  const kNoPlace_m = 1000;  // sigma from which on a pose stands for no place: one that is lost has 10 km
 
   /// What the flight module says of its own pose: all that there is without truth.
   function showClaims(run) {
@@ -163,7 +163,7 @@
              ['sigma_yaw_deg', 'Heading (yaw): 3 sigma, degrees']]) {
       const series = [{name: '3 sigma', colour: 'var(--corrected)', y: f[key].map((v) => 3 * v)}];
       const spans = Run.trustSpans(run);
-      const limit = most(series[0].y.filter((v, i) => f.sigma_xy_m[i] < kAnywhere_m));
+      const limit = most(series[0].y.filter((v, i) => f.sigma_xy_m[i] < kNoPlace_m));
       Chart.draw(
           box, {title, digits: 3, x: f.distance_m, xName: kDriven, marks, series, limit, spans},
           DriveMap.pointAt);
