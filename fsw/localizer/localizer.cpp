@@ -671,7 +671,10 @@ bool Localizer::look_farther() {
 /// Once a stage is done; false after the last one.
 bool Localizer::next_stage() {
   const bool about = fix_stage_ == FixStage::kSearch || fix_stage_ == FixStage::kDoubt;
-  if (about && !fix_.lost && may_lie_farther(map_fix_.status())) return look_farther();
+  // A claim beyond the map's ground: whoever sends a map and a start means them for each other.
+  const bool off_map = map_fix_.status() == MapFixStatus::kNoMapBoulders && trust_.unproven() &&
+                       map_fix_.result().verdict.log_ratio < 0.0;
+  if (about && !fix_.lost && (off_map || may_lie_farther(map_fix_.status()))) return look_farther();
   if (fix_stage_ != FixStage::kConfirm) return false;
   const MapFixResult& window = map_fix_.result();
   fix_.hypotheses += window.hypotheses;

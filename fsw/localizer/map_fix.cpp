@@ -220,6 +220,15 @@ void MapFix::begin_search() {
   phase_ = Phase::kSearch;
   status_ = status_of(search_.start(params_.search, window_, window_radius_m_, local_, T_map_site_,
                                     pivot_site_m_, prior_covariance_));
+  // Where the map's ground ends it is the pose that does not fit; within it boulders may be few.
+  if (status_ == MapFixStatus::kNoMapBoulders && off_map())
+    result_.verdict.log_ratio = evidence_of_misses(local_.size());
+}
+
+bool MapFix::off_map() const {
+  const Vec2 in = pivot_map_m_ - map_.origin_map_m();
+  const Vec2 extent = map_.extent_m();
+  return in.x() < 0.0 || in.y() < 0.0 || in.x() > extent.x() || in.y() > extent.y();
 }
 
 void MapFix::take_search() {

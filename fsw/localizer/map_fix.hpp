@@ -120,6 +120,7 @@ class MapFix {
   SearchRegion region_of_prior() const;
   Progress read_window(WorkBudget& budget);
   void begin_search();
+  bool off_map() const;  ///< the rover, by the pose before
   void take_search();
   void take_relocation();
   void tell_fresh(const Evidence& best, const Vec3& offset);

@@ -10,8 +10,9 @@ NEWLIB_CPU    := -m32 -mcpu=leon3
 NEWLIB_DEFS   :=
 LONG_DOUBLE   := -mlong-double-64
 # SPARC's code is the largest: what runs once a command or a packet is kept small.
-SELDOM        := command_content command_order flight_app packet telecommand telemetry
-$(SELDOM:%=$(B)/fsw/app/%.o): FLIGHT += -Os
+SELDOM        := $(addprefix app/,command_content command_order flight_app packet telecommand telemetry) \
+                 orbital_map/map_transfer
+$(SELDOM:%=$(B)/fsw/%.o): FLIGHT += -Os
 ELF_MACHINE   := Sparc
 # What the flight library may ask of libgcc (libgcc_v8.c has it); nothing of libm.
 FLIGHT_NEEDS  := __udivdi3 __floatundidf
