@@ -93,7 +93,8 @@ struct FixReport {
   float second_log_ratio = 0.0F;     ///< of the second best pose, nats; -1000: none
   float chance_log = 0.0F;           ///< what this map does by chance, nats; 1000: nothing
   std::uint32_t hypotheses = 0;      ///< poses looked at
-  /// windows whose evidence was added up, of the fix or of the hypothesis that is carried on; 0: none
+  /// windows whose evidence was added up, of the fix or of the hypothesis that is carried on; 0: none, as
+  /// where LocalizerParams::add_windows is off
   std::uint8_t windows = 0;
   float windows_log_ratio = 0.0F;  ///< of these together, nats
 };

@@ -19,6 +19,7 @@ enum class PixelKind : std::uint8_t {
   kDark,     ///< darker than the instrument or the file can tell: black
   kBright,   ///< brighter: white
 };
+inline constexpr auto kMissing = static_cast<std::uint8_t>(PixelKind::kMissing);  ///< as masks have it
 
 struct PixelMeaning {
   // Values as the file has them.

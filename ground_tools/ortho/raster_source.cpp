@@ -123,8 +123,6 @@ struct BandChoice {
   PixelMeaning meaning;
 };
 
-constexpr auto kMissing = static_cast<std::uint8_t>(PixelKind::kMissing);
-
 class GdalReader final : public RasterReader {
  public:
   GdalReader(const std::string& name, const std::vector<BandChoice>& bands) : name_(name) {

@@ -21,7 +21,6 @@ constexpr double kOutermost = 0.001;     // as the stretch to grey leaves out
 constexpr std::ptrdiff_t kLeastFar = 4;  // pixels; fewer are faults of a detector
 constexpr int kCornerPx = 8;
 constexpr std::size_t kMostGapPx = 32;
-constexpr auto kMissing = static_cast<std::uint8_t>(PixelKind::kMissing);
 constexpr int kLeastValues = 16;  // of fewer a picture is drawn, not taken
 
 int windows_a_side(const RasterFacts& facts) {
