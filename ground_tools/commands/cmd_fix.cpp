@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 /// The command worked, and the flight module does not believe any pose: exit status 3. 1 is an error.
 constexpr int kDeclined = 3;
 constexpr double kMostCoordinate_m = 1.0e8;  // of a map
+constexpr double kMostYaw_deg = 3600.0;      // more turns are a slip
 
 struct FixOptions {
   fs::path map;
@@ -76,6 +77,7 @@ std::optional<LocalPrior> parse_prior(const FixOptions& options) {
     check_range("--prior", pose[k], -kMostCoordinate_m, kMostCoordinate_m);
     check_range("--sigma", sigma[k], kLeastSigma_m, kMostSigma_m);
   }
+  check_range("--prior", pose[2], -kMostYaw_deg, kMostYaw_deg);
   check_range("--sigma", sigma[2], kLeastSigma_rad * kDegPerRad, 180.0);
   prior.T_map_local = {pose[0], pose[1], std::remainder(pose[2], 360.0) * kRadPerDeg};
   prior.sigma_x_m = sigma[0];
@@ -188,6 +190,16 @@ void print_fix(const OneFix& fix, std::size_t local_boulders, double needed) {
              r.map_boulders, fix.lost ? "as when lost" : "near the prior", fix.operations);
 }
 
+void say(const std::filesystem::path& boulders, const LeftOut& out) {
+  const auto warn = [&](std::size_t n, const std::string& why) {
+    if (n == 0) return;
+    fmt::print(stderr, "cairn: warning: {}: {} boulder{} left out; check {}\n", boulders.string(), n,
+               n == 1 ? " is" : "s are", why);
+  };
+  warn(out.far, "coordinates: the others lie close together, far from there");
+  warn(out.vague, fmt::format("sigma: a place known to {} m or worse proves nothing", kMostUseful_m));
+}
+
 void fix(const FixOptions& options) {
   const std::optional<LocalPrior> prior = parse_prior(options);
   const std::optional<Sector> sector = parse_sector(options.sector);
@@ -195,7 +207,8 @@ void fix(const FixOptions& options) {
   OrbitalMap map;
   const MapStatus status = validate_cmap(bytes, &map);
   if (status != MapStatus::kUsable) throw ToolError("{}: {}", options.map.string(), explain(status));
-  const LocalMap local = read_local_map(options.boulders);
+  LocalMap local = read_local_map(options.boulders);
+  say(options.boulders, leave_out_useless(local));
   if (prior && farthest_from_origin(local) > kMostFromOrigin_m) {
     throw ToolError(
         "{}: lies more than {} km from the origin of its frame, which --prior speaks of; take one "

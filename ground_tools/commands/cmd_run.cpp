@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "app/command_content.hpp"
 #include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/progress_line.hpp"
@@ -70,6 +71,9 @@ Pose3 parse_start(const std::string& text) {
 void parse_start_sigma(const std::string& text, ReplayOptions& out) {
   const std::vector<double> v = parse_numbers(
       text, 2, "--start-sigma", "give XY,YAW: what the start is uncertain by (metres, degrees)");
+  check_range("--start-sigma", v[0], app::kStartSigmaXy_m.least, app::kStartSigmaXy_m.most);
+  check_range("--start-sigma", v[1], app::kStartSigmaYaw_rad.least * kDegPerRad,
+              app::kStartSigmaYaw_rad.most * kDegPerRad);
   out.start_sigma_xy_m = v[0];
   out.start_sigma_yaw_rad = v[1] * kRadPerDeg;
 }

@@ -24,6 +24,34 @@ double farthest_from(const Vec2& p, const LocalMap& local) {
   return far;
 }
 
+double median(std::vector<double> v) {
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
+/// Axis by axis, so that a few far ones do not move it.
+Vec2 median_of(const LocalMap& local) {
+  std::vector<double> x;
+  std::vector<double> y;
+  for (const LocalBoulder& b : local) {
+    x.push_back(b.p_site_m.x());
+    y.push_back(b.p_site_m.y());
+  }
+  return {median(std::move(x)), median(std::move(y))};
+}
+
+template <typename Keep>
+std::size_t keep_only(LocalMap& local, const Keep& keep) {
+  LocalMap kept;
+  for (const LocalBoulder& b : local) {
+    if (keep(b)) static_cast<void>(kept.push_back(b));
+  }
+  const std::size_t left_out = local.size() - kept.size();
+  local = kept;
+  return left_out;
+}
+
 /// A number of a column that need not be there, between 0 (not known) and `most`.
 float optional_number(const CsvTable& table, std::size_t row, std::optional<std::size_t> column,
                       const std::filesystem::path& path, const char* what, double most) {
@@ -105,6 +133,23 @@ LocalMap read_local_map(const std::filesystem::path& path) {
 }
 
 double farthest_from_origin(const LocalMap& local) { return farthest_from(Vec2(0.0, 0.0), local); }
+
+LeftOut leave_out_useless(LocalMap& local) {
+  LeftOut out;
+  const auto sure = [](const LocalBoulder& b) { return static_cast<double>(b.sigma_m) <= kMostUseful_m; };
+  out.vague = keep_only(local, sure);
+  if (local.size() < 4) return out;
+  const Vec2 middle_m = median_of(local);
+  std::vector<double> far_m;
+  for (const LocalBoulder& b : local) far_m.push_back((b.p_site_m - middle_m).norm());
+  const double limit_m = kFarSpreads * median(far_m);
+  const auto beyond = [&](double r) { return r > limit_m; };
+  const auto strays = static_cast<std::size_t>(std::count_if(far_m.begin(), far_m.end(), beyond));
+  // More of them are a place of their own.
+  if (10 * strays > local.size()) return out;
+  out.far = keep_only(local, [&](const LocalBoulder& b) { return !beyond((b.p_site_m - middle_m).norm()); });
+  return out;
+}
 
 bool OneFix::weighed() const {
   return result.verdict.status != VerdictStatus::kNone &&

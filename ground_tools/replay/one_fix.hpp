@@ -29,6 +29,15 @@ namespace cairn::ground {
 LocalMap read_local_map(const std::filesystem::path& path);
 double farthest_from_origin(const LocalMap& local);
 
+/// Boulders that are of no use to a search and would spoil it for the others, taken out of a local map.
+struct LeftOut {
+  std::size_t far = 0;    ///< kFarSpreads times as far from the middle as half of all: one in ten at most
+  std::size_t vague = 0;  ///< with a sigma beyond kMostUseful_m
+};
+LeftOut leave_out_useless(LocalMap& local);
+inline constexpr double kFarSpreads = 8.0;
+inline constexpr double kMostUseful_m = 1.0;
+
 /// Independent errors of T_map_local: of x, y, and of the yaw.
 struct LocalPrior {
   Pose2 T_map_local;

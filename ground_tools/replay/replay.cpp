@@ -140,8 +140,7 @@ Replay replay_from(const Pose3& T_map_rover, const Drive& drive, const ReplayOpt
   run_until_idle(options.slice_ops);
   if (receiver.last_ack().status != static_cast<std::uint8_t>(app::CommandStatus::kAccepted)) {
     throw ToolError(
-        "--start: refused (detail {}); give six finite numbers x,y,z,roll,pitch,yaw (metres, degrees), and a "
-        "--start-sigma of 0.001 to 100000 m and 0.006 to 570 degrees",
+        "--start: refused (detail {}); give six finite numbers x,y,z,roll,pitch,yaw (metres, degrees)",
         receiver.last_ack().detail);
   }
   app::Command trim;

@@ -1,8 +1,10 @@
 // The program `cairn fix`: the right pose by the flight module's own verdict, exit status 0; whatever cannot
 // be proved is declined, exit status 3; bad input ends in one line, exit status 1.
 #include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "cmap/cmap_file.hpp"
 #include "geometry/pose2.hpp"
@@ -272,6 +274,43 @@ void test_columns(void**) {
   check_found(truth, {30.0, 30.0});
 }
 
+/// Of no use, and no harm.
+void test_strays_and_vague_boulders(void**) {
+  const Pose2 truth{28.0, 31.0, 0.4};
+  see(truth, {});
+  const std::vector<std::uint8_t> bytes = read_file(scratch.path("local.csv"));
+  const std::string rows(bytes.begin(), bytes.end());
+  for (const char* stray : {"120,-90\n", "0,38\n-4000,0\n"}) {
+    scratch.file("local.csv", rows + stray);
+    for (const std::string& how : {prior(truth), std::string(" --lost")}) {
+      assert_int_equal(fix(how), 0);
+      check_found(truth, {30.0, 30.0});
+      assert_non_null(std::strstr(errors.c_str(), "left out; check coordinates"));
+    }
+  }
+  std::string with_sigma = "x,y,sigma\n";
+  const std::string body = rows.substr(4);
+  for (const std::string_view row : split(body, '\n'))
+    if (!row.empty()) with_sigma += std::string(row) + ",\n";
+  scratch.file("local.csv", with_sigma + "1,1,50\n");
+  assert_int_equal(fix(" --lost"), 0);
+  check_found(truth, {30.0, 30.0});
+  assert_non_null(std::strstr(errors.c_str(), "1 boulder is left out; check sigma"));
+}
+
+/// Two groups of boulders far apart are two windows of one drive.
+void test_a_group_far_away_stays(void**) {
+  const Pose2 truth{28.0, 31.0, 0.4};
+  see(truth, {});
+  const std::vector<std::uint8_t> bytes = read_file(scratch.path("local.csv"));
+  std::string rows(bytes.begin(), bytes.end());
+  for (int i = 0; i < 6; ++i) rows += fmt::format("{},{}\n", 300 + i, i * i);
+  scratch.file("local.csv", rows);
+  static_cast<void>(fix(prior(truth)));
+  assert_string_equal(errors.c_str(), "");
+  assert_int_equal(answer["local_boulders"].get<int>(), kTrue + kClutter + 6);
+}
+
 void check_refused(const std::string& arguments, const char* what, const char* mend) {
   test::check_refusal(scratch, arguments, what, mend);
 }
@@ -285,6 +324,7 @@ void test_bad_options(void**) {
   check_refused(call(" --prior 1,2,x --sigma 1,1,1"), "'x'", "X,Y,YAW");
   check_refused(call(" --prior 1,2,nan --sigma 1,1,1"), "'nan'", "X,Y,YAW");
   check_refused(call(" --prior 1e200,2,3 --sigma 1,1,1"), "--prior: 1e+200", "give");
+  check_refused(call(" --prior 1,2,1e300 --sigma 1,1,1"), "--prior: 1e+300", "give");
   check_refused(call(" --prior 1,2,3 --sigma 0,1,1"), "--sigma: 0", "give");
   check_refused(call(" --prior 1,2,3 --sigma 1,-1,1"), "--sigma: -1", "give");
   check_refused(call(" --prior 1,2,3 --sigma 1,1,181"), "--sigma: 181", "give");
@@ -329,6 +369,8 @@ int main() {
       cmocka_unit_test(test_what_cannot_be_proved),
       cmocka_unit_test(test_in_words),
       cmocka_unit_test(test_columns),
+      cmocka_unit_test(test_strays_and_vague_boulders),
+      cmocka_unit_test(test_a_group_far_away_stays),
       cmocka_unit_test(test_bad_options),
       cmocka_unit_test(test_bad_files),
   };

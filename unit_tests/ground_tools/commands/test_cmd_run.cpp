@@ -202,6 +202,8 @@ void test_data_sets(void**) {
   check_refused(" --set rig.height_m=1" + out() + " --no-map", "custom", "MISSION");
   check_refused(set() + kStart + " --no-map", "--output", "--help");
   check_refused(set("large") + out() + kStart + " --no-map", "large", "MISSION");
+  check_refused(set() + out() + kStart + " --no-map --start-sigma 0,1", "--start-sigma: 0", "0.001");
+  check_refused(set() + out() + kStart + " --no-map --start-sigma 1,1e9", "--start-sigma: 1000000000", "572");
   check_refused(set() + out() + map_at("good.cmap"), "no truth to start from", "--start");
 }
 
