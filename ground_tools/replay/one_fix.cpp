@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "base/number_table.hpp"
+#include "base/statistics.hpp"
 #include "base/tool_error.hpp"
 
 namespace cairn::ground {
@@ -22,12 +23,6 @@ double farthest_from(const Vec2& p, const LocalMap& local) {
   double far = 0.0;
   for (const LocalBoulder& b : local) far = std::max(far, (b.p_site_m - p).norm());
   return far;
-}
-
-double median(std::vector<double> v) {
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
 }
 
 /// Axis by axis, so that a few far ones do not move it.
