@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <deque>
 
 #include "base/number_table.hpp"
 #include "base/tool_error.hpp"
@@ -32,7 +33,7 @@ void remove_abandoned_parts(const std::filesystem::path& path) {
 }  // namespace
 
 OutputFile::OutputFile(const std::filesystem::path& path)
-    : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())) {
+    : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())), unfinished_(part_) {
   remove_abandoned_parts(path_);
   file_ = std::fopen(part_.c_str(), "wb");
   if (file_ == nullptr) {
@@ -73,7 +74,7 @@ void OutputFile::commit() {
 }
 
 OutputByName::OutputByName(const std::filesystem::path& path)
-    : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())) {
+    : path_(path), part_(path.string() + ".part" + std::to_string(::getpid())), unfinished_(part_) {
   remove_abandoned_parts(path_);
   std::error_code failed;
   if (std::filesystem::is_directory(path_)) failed = std::make_error_code(std::errc::is_a_directory);
@@ -139,6 +140,11 @@ std::vector<std::uint8_t> read_file(const std::filesystem::path& path) {
 
 void make_folder(const std::filesystem::path& path) {
   std::error_code failed;
+  std::deque<std::filesystem::path> made;
+  for (std::filesystem::path at = std::filesystem::absolute(path).lexically_normal();
+       at != at.root_path() && !std::filesystem::exists(at, failed); at = at.parent_path())
+    made.push_front(at);
+  for (const std::filesystem::path& folder : made) made_folder(folder);
   std::filesystem::create_directories(path, failed);
   if (failed || !std::filesystem::is_directory(path)) {
     throw ToolError("{}: cannot make this folder ({}); choose another", path.string(), failed.message());

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "base/interrupts.hpp"
+
 namespace cairn::ground {
 
 class OutputFile {
@@ -29,6 +31,7 @@ class OutputFile {
 
   std::filesystem::path path_;
   std::filesystem::path part_;
+  Unfinished unfinished_;
   std::FILE* file_ = nullptr;
 };
 
@@ -52,6 +55,7 @@ class OutputByName {
  private:
   std::filesystem::path path_;
   std::filesystem::path part_;
+  Unfinished unfinished_;
 };
 
 /// The whole of a file in one call.
@@ -63,7 +67,8 @@ bool same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 /// Reads a whole file; throws ToolError that names it.
 std::vector<std::uint8_t> read_file(const std::filesystem::path& path);
 
-/// Makes a folder (with parents); throws ToolError that names it.
+/// Makes a folder (with parents); throws ToolError that names it. An interrupted program leaves none
+/// that is empty.
 void make_folder(const std::filesystem::path& path);
 
 }  // namespace cairn::ground

@@ -2,7 +2,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <optional>
 
+#include "base/interrupts.hpp"
 #include "base/output_file.hpp"
 #include "base/statistics.hpp"
 #include "base/tool_error.hpp"
@@ -167,6 +169,8 @@ void replay_over(const Drive& drive, const TrialMap& map, Trial& trial, const Sh
 void run_trial(Trial& trial, const fs::path& folder, const TrialOptions& wanted,
                const std::function<void(double)>& progress) {
   const auto begun = std::chrono::steady_clock::now();
+  std::optional<Unfinished> unfinished;  // a trial counts whole
+  if (!fs::exists(folder)) unfinished.emplace(folder);
   make_folder(folder);
   remove_orthoimages(folder);
   const fs::path scene_file = folder / "scene.toml";

@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <exception>
 
+#include "base/interrupts.hpp"
 #include "base/tool_error.hpp"
 #include "commands/commands.hpp"
 #include "detect/mpi_ranks.hpp"
 
 int main(int argc, char** argv) {
+  cairn::ground::watch_interrupts();
   CLI::App app(
       "Cairn: localises a rover by the boulders around it. Maps are prepared here, drives simulated and "
       "replayed.",
@@ -48,7 +50,8 @@ int main(int argc, char** argv) {
     return 1;
   } catch (const std::exception& error) {  // ToolError, and what the standard library throws
     fmt::print(stderr, "cairn: {}\n", error.what());
-    return 1;
+    const int interrupted = cairn::ground::interrupted_status();
+    return interrupted != 0 ? interrupted : 1;
   }
   return 0;
 }

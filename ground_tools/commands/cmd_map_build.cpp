@@ -12,7 +12,6 @@
 #include "base/number_table.hpp"
 #include "base/output_file.hpp"
 #include "base/progress_line.hpp"
-#include "base/stop_signal.hpp"
 #include "base/tool_error.hpp"
 #include "base/waypoints.hpp"
 #include "cmap/cmap_file.hpp"

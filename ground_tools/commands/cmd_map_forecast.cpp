@@ -105,6 +105,7 @@ void run(const ForecastOptions& options) {
     if (!wanted.empty()) write_file(wanted, text());
     if (!options.output.empty()) write_file(options.output / name, text());
   };
+  const HoldInterrupts all_or_none;
   if (!options.output.empty()) make_folder(options.output);
   const std::string json = to_json(made, model, drive, source).dump(2) + "\n";
   put(options.csv, "forecast.csv", [&] { return to_csv(made); });

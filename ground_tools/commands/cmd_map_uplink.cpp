@@ -171,6 +171,7 @@ void uplink(UplinkOptions options) {
     packets.push_back(chunk_packet(cut.upload, number, sequence++));
   const std::uint32_t use = sequence++;
   const std::string report = to_json(cut, options.params, sequence);
+  const HoldInterrupts all_or_none;
   make_folder(options.output);
   OutputFile map(file);
   map.write(cut.map);

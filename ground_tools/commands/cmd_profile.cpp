@@ -37,6 +37,7 @@ void show(const ProfileOptions& options) {
   const std::vector<JobReport> jobs = report_jobs(profile, read_budgets(options.budget, options.target), ops);
   const double clock_mhz = options.clock_mhz > 0.0 ? options.clock_mhz : profile.clock_mhz;
   if (!options.output.empty()) {
+    const HoldInterrupts all_or_none;
     make_folder(options.output);
     write_file(options.output / "jobs.csv", jobs_csv(jobs, clock_mhz));
     write_file(options.output / "rounds.csv", rounds_csv(jobs, clock_mhz));

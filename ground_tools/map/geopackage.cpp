@@ -162,6 +162,7 @@ void write_csv(const std::filesystem::path& path, const std::vector<TableBoulder
   table.write(to_csv(boulders, craters));
   types.write(
       "\"CoordX\",\"CoordY\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"Real\",\"String\"\n");
+  const HoldInterrupts all_or_none;
   if (wkt.empty()) {
     std::error_code ignored;
     if (std::filesystem::exists(path))

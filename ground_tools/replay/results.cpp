@@ -220,6 +220,7 @@ void Results::write(const RunTitle& title, const Replay& replay, const RunErrors
                                render_svg(plot_of(title, replay, errors))};
   static_assert(std::size(texts) == kNames.size(), "a text for each name");
   for (std::size_t i = 0; i < files_.size(); ++i) files_[i].write(texts[i]);
+  const HoldInterrupts all_or_none;
   for (OutputFile& file : files_) file.commit();
 }
 

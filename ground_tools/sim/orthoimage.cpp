@@ -9,6 +9,7 @@
 #include <memory>
 #include <system_error>
 
+#include "base/interrupts.hpp"
 #include "base/parallel.hpp"
 #include "base/quiet_gdal.hpp"
 #include "base/tool_error.hpp"
@@ -31,6 +32,7 @@ class GeoTiff {
       : gdal_(gdal),
         path_(path),
         part_(path.string() + fmt::format(".part{}", ::getpid())),
+        unfinished_(part_),
         width_(width),
         type_(type) {
     GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
@@ -81,6 +83,7 @@ class GeoTiff {
   QuietGdal& gdal_;
   fs::path path_;
   fs::path part_;
+  Unfinished unfinished_;
   int width_;
   GDALDataType type_;
   GDALDataset* file_ = nullptr;

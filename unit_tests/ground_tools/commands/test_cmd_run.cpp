@@ -1,6 +1,9 @@
 // The program `cairn run` itself: each bad input ends in one line on stderr that names it and the mend, exit
 // code 1 and no file; a good run leaves its eleven files and nothing else.
 #include <ogr_spatialref.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -36,6 +39,33 @@ std::string set(const char* name = "set") { return " --dataset " + scratch.path(
 std::string out() { return " -o " + scratch.path("out").string(); }
 std::string map_at(const char* name) { return " --map " + scratch.path(name).string(); }
 const std::string kStart = " --start 1,2,0,0,0,90";
+
+/// `cairn run ARGUMENTS` in a process of its own, that gets the signal once it has begun to
+/// write into `folder`.
+int code_of_interrupted(std::vector<std::string> arguments, const fs::path& folder, int signal) {
+  static std::string program;
+  program = fs::read_symlink("/proc/self/exe").parent_path() / "../../../cairn";
+  arguments.insert(arguments.begin(), {program, "run"});
+  static std::vector<char*> words;
+  words.clear();
+  for (std::string& word : arguments) words.push_back(word.data());
+  words.push_back(nullptr);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::execv(program.c_str(), words.data());
+    ::_exit(127);
+  }
+  int how = 0;
+  const auto ended = [&] { return ::waitpid(child, &how, WNOHANG) == child; };
+  const auto begun = [&] { return fs::exists(folder) && !fs::is_empty(folder); };
+  while (!begun()) {
+    if (ended()) return -1;
+    ::usleep(1000);
+  }
+  ::kill(child, signal);
+  assert_int_equal(::waitpid(child, &how, 0), child);
+  return WIFEXITED(how) ? WEXITSTATUS(how) : -1;
+}
 
 /// Refused, without results: not even a folder.
 void check_refused(const std::string& arguments, const char* what, const char* mend) {
@@ -265,6 +295,24 @@ void test_a_damaged_map(void**) {
   fs::remove_all(scratch.path("out"));
 }
 
+/// Neither parts nor the folder that was made for them, and the status that shells give to a signal.
+void test_an_interrupted_run_leaves_nothing(void**) {
+  constexpr int kFrames = 3000;  // some seconds
+  for (int i = 0; i < kFrames; ++i) {
+    for (const char* side : {"long/left/", "long/right/"})
+      fs::create_symlink(scratch.path("set") / (side + 5) / (i % 2 == 0 ? "0.png" : "1.png"),
+                         scratch.path(side + std::to_string(i) + ".png"));
+  }
+  scratch.file("long/calib.txt", "200 200 127.5 95.5 0.12\n");
+  const fs::path made = scratch.path("interrupted");
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    const int code = code_of_interrupted({"--dataset", scratch.path("long"), "--no-map", "-o", made / "out"},
+                                         made / "out", signal);
+    assert_int_equal(code, 128 + signal);
+    assert_false(fs::exists(made));
+  }
+}
+
 void test_which_map(void**) {
   check_refused(set() + out() + kStart, "--map", "--no-map");
   check_refused(set() + out() + kStart + map_at("good.cmap") + " --no-map", "--map", "remove one");
@@ -394,6 +442,7 @@ int main() {
       cmocka_unit_test(test_attitudes),
       cmocka_unit_test(test_masks),
       cmocka_unit_test(test_a_damaged_map),
+      cmocka_unit_test(test_an_interrupted_run_leaves_nothing),
       cmocka_unit_test(test_which_map),
       cmocka_unit_test(test_maps),
       cmocka_unit_test(test_frames),
