@@ -31,6 +31,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kStood = 3;  ///< exit status: driven, and nothing moved
+
 struct RunOptions {
   fs::path dataset;
   std::vector<fs::path> calibration;
@@ -172,6 +174,27 @@ void check_ortho(const RunOptions& options, const std::string& map_system) {
                   options.ortho.string(), system, map_system, map_system);
 }
 
+/// What was seen in the pictures before the drive, unless VO knows better.
+std::string likely_cause(const MotionCounts& motion, const PairFault& fault) {
+  const bool known = motion.noisy || motion.lens != 0.0 || motion.unmeasured() == 0 ||
+                     (motion.mostly_frozen() && fault.kind != PairFault::Kind::kFrozen);
+  return fault.words.empty() || known ? motion.cause() : fault.words;
+}
+
+/// How many steps were not measured and why, and where nothing moved: then the command fails.
+void tell_motion(const std::string& drive, const Replay& replay, const PairFault& fault) {
+  const MotionCounts motion = motion_counts(replay);
+  if (motion.measured == 0 && motion.unmeasured() + motion.doubted > 0)
+    throw ToolError("{}: no step of the drive was measured{} ({}): {}", drive,
+                    motion.doubted > 0 ? " beyond doubt" : "", motion.words(), likely_cause(motion, fault));
+  if (motion.unmeasured() + motion.doubted > 0)
+    warn(fmt::format("{}: {}", motion.words(), likely_cause(motion, fault)));
+  const std::string standing = standing_words(replay);
+  if (standing.empty()) return;
+  warn(drive + ": " + standing);
+  throw Answer{kStood};
+}
+
 void run(RunOptions options) {
   options.simulate = !options.scene.empty() || !options.sets.empty();
   if (options.simulate != options.dataset.empty()) {
@@ -244,14 +267,7 @@ void run(RunOptions options) {
   const MotionCounts motion = motion_counts(replay);
   const std::string doubt = motion.measured > 0 ? truth_words(errors) : std::string();
   if (!doubt.empty()) warn(doubt);
-  if (motion.unmeasured() == 0) return;
-  const std::string cause =
-      source.fault.words.empty() || motion.noisy || motion.lens != 0.0 ? motion.cause() : source.fault.words;
-  if (motion.measured > 0) {
-    warn(fmt::format("{}: {}", motion.words(), cause));
-    return;
-  }
-  throw ToolError("{}: no step of the drive was measured ({}): {}", title.dataset, motion.words(), cause);
+  tell_motion(title.dataset, replay, source.fault);
 }
 
 }  // namespace

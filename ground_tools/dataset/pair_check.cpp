@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <map>
 
 #include "base/statistics.hpp"
 
@@ -210,30 +212,70 @@ double departure(const RowFit& fit) {
          std::fabs(fit.bend_px) + fit.rest_px;
 }
 
-/// -1 or 1 where the right images belong to the frame before or after, for most of these frames; else 0. On
-/// flat ground rows of two frames differ smoothly, and so as lenses and turns make them differ: what counts
-/// is that they do not differ with the neighbour's.
+/// By how many frames, up to kMostLate, the right images that agree with the left ones are later, for most
+/// of these frames: -1 is the frame before. 0 where their own agree best. On flat ground rows of two frames
+/// differ smoothly, and so as lenses and turns make them differ: what counts is that they do not differ
+/// with the neighbour's.
 int late_by(const Drive& drive, const std::vector<std::size_t>& frames, std::size_t first, std::size_t end,
             int halvings) {
-  int votes[2] = {0, 0}, asked = 0;
+  constexpr int kMostLate = 3;
+  std::map<int, int> votes;
+  int asked = 0;
   for (const std::size_t i : frames) {
-    if (i == first || i + 1 >= end) continue;
     const PairImages pair = drive.images(i);
     const auto own = fit_of(pair.left, pair.right, halvings);
-    const auto before = fit_of(pair.left, drive.images(i - 1).right, halvings);
-    const auto after = fit_of(pair.left, drive.images(i + 1).right, halvings);
-    if (!before && !after) continue;
-    ++asked;
     constexpr double kAgree_px = 0.5, kMost_px = 3.0, kBetter = 0.4;
-    const auto beats = [&](const std::optional<RowFit>& other) {
-      return other && other->rest_px < kAgree_px && departure(*other) < kMost_px &&
-             (!own || departure(*other) < kBetter * departure(*own));
-    };
-    votes[0] += beats(before) ? 1 : 0;
-    votes[1] += beats(after) ? 1 : 0;
+    double least = own ? kBetter * departure(*own) : kMost_px;
+    int best = 0;
+    bool any = false;
+    for (int late = -kMostLate; late <= kMostLate; ++late) {
+      const auto other = static_cast<std::ptrdiff_t>(i) + late;
+      if (late == 0 || other < static_cast<std::ptrdiff_t>(first) ||
+          other >= static_cast<std::ptrdiff_t>(end))
+        continue;
+      const auto fit = fit_of(pair.left, drive.images(static_cast<std::size_t>(other)).right, halvings);
+      any = any || fit.has_value();
+      if (!fit || fit->rest_px >= kAgree_px || departure(*fit) >= std::min(least, kMost_px)) continue;
+      least = departure(*fit);
+      best = late;
+    }
+    asked += any ? 1 : 0;
+    ++votes[best];
   }
-  if (asked == 0) return 0;
-  return 2 * votes[0] > asked ? -1 : 2 * votes[1] > asked ? 1 : 0;
+  for (const auto& [late, count] : votes) {
+    if (late != 0 && 2 * count > asked) return late;
+  }
+  return 0;
+}
+
+bool has_texture(const Image& image) {
+  return std::any_of(image.pixels.begin(), image.pixels.end(),
+                     [&](std::uint8_t g) { return g != image.pixels[0]; });
+}
+
+/// A side that shows its picture again in the next frame, for most of these frames. No two pictures of a
+/// camera are alike to the bit.
+PairFault frozen(const Drive& drive, const std::vector<std::size_t>& frames, std::size_t first,
+                 std::size_t end) {
+  std::size_t asked = 0, left = 0, right = 0;
+  for (const std::size_t i : frames) {
+    if (end - first < 2) break;
+    const PairImages at = drive.images(i), beside = drive.images(i + 1 < end ? i + 1 : i - 1);
+    if (at.left.pixels.empty() || at.right.pixels.empty()) continue;
+    ++asked;
+    left += has_texture(at.left) && at.left.pixels == beside.left.pixels ? 1U : 0U;
+    right += has_texture(at.right) && at.right.pixels == beside.right.pixels ? 1U : 0U;
+  }
+  const bool of_left = 2 * left > asked, of_right = 2 * right > asked;
+  if (!of_left && !of_right) return {};
+  const char* const sides = !of_right ? "left images" : !of_left ? "right images" : "left and right images";
+  const char* const others = !of_right ? ", and right ones change" : !of_left ? ", and left ones change" : "";
+  return {
+      PairFault::Kind::kFrozen,
+      fmt::format(
+          "{} repeat from frame to frame, to the bit{}, and two pictures of a camera always differ by their "
+          "noise: it has frozen, or its recording, or frames are given twice; give each picture once",
+          sides, others)};
 }
 
 PairFault none_matches(std::size_t whole, std::size_t dark, double grey) {
@@ -353,6 +395,7 @@ PairFault check_pairs(const Drive& drive, std::size_t first, std::size_t end) {
   const std::size_t count = end - first;
   for (std::size_t k = 0; k < std::min(count, kLooks); ++k)
     frames.push_back(first + (count <= kLooks ? k : (k + 1) * count / (kLooks + 1)));
+  if (PairFault fault = frozen(drive, frames, first, end); fault.kind != Kind::kNone) return fault;
   std::vector<RowFit> fits;
   std::size_t whole = 0, dark = 0, same = 0;
   double grey = 0.0;
@@ -385,10 +428,16 @@ PairFault check_pairs(const Drive& drive, std::size_t first, std::size_t end) {
                      median_of(fits, &RowFit::rest_px) < kAgree_px * (1 << halvings);
   const int late = agree ? 0 : late_by(drive, frames, first, end, match ? halvings : 0);
   if (late == 0) return fault;
-  return {Kind::kLate,
-          fmt::format("left images agree with the right ones of the frame {}, and not with their own: "
-                      "the right ones are one frame {}; pair them anew",
-                      late < 0 ? "before" : "after", late < 0 ? "early" : "late")};
+  return {
+      Kind::kLate,
+      fmt::format(
+          "left images agree with the right ones of {}, and not with their own: the right ones are {} {}; "
+          "pair them anew",
+          late == -1  ? "the frame before"
+          : late == 1 ? "the frame after"
+                      : fmt::format("{} frames {}", std::abs(late), late < 0 ? "before" : "after"),
+          late * late == 1 ? "one frame" : fmt::format("{} frames", std::abs(late)),
+          late < 0 ? "early" : "late")};
 }
 
 }  // namespace cairn::ground

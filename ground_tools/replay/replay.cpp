@@ -31,7 +31,9 @@ class Receiver {
     app::AckReport ack;
     app::HealthReport health;
     if (app::decode(bytes, size, frame) == app::PacketStatus::kGood) {
-      replay_.frames.push_back({0, frame, 0.0, {}});
+      ReplayFrame told;
+      told.report = frame;
+      replay_.frames.push_back(told);
     } else if (app::decode(bytes, size, fix) == app::PacketStatus::kGood) {
       replay_.fixes.push_back(fix);
     } else if (app::decode(bytes, size, boulder) == app::PacketStatus::kGood) {
@@ -107,6 +109,10 @@ void check_frames(const Drive& drive, const AttitudeTable& attitudes) {
                   drive.name(), drive.tag(0).number, drive.tag(drive.size() - 1).number);
 }
 
+bool again(const Image& image, const Image& before) {
+  return !image.pixels.empty() && image.pixels == before.pixels;
+}
+
 /// A picture for the camera; empty where there is no image.
 host::Picture picture_of(Image& image, Replay& replay) {
   if (image.pixels.empty()) ++replay.unreadable_images;
@@ -160,6 +166,7 @@ Replay replay_from(const Pose3& T_map_rover, const Drive& drive, const ReplayOpt
 
   app::Command attitude;
   attitude.type = app::CommandType::kAttitude;
+  PairImages shown;  // last
   for (std::size_t i = options.first_frame; i < end; ++i) {
     const FrameTag frame = drive.tag(i);
     const auto measured = options.attitudes.find(static_cast<std::uint32_t>(frame.number));
@@ -172,11 +179,14 @@ Replay replay_from(const Pose3& T_map_rover, const Drive& drive, const ReplayOpt
     }
     PairImages pair = drive.images(i);
     replay.warnings.insert(replay.warnings.end(), pair.faults.begin(), pair.faults.end());
+    ReplayFrame times;
+    times.left_again = again(pair.left, shown.left);
+    times.right_again = again(pair.right, shown.right);
+    shown = pair;
     const host::Picture left = picture_of(pair.left, replay);
     host::feed_pair(static_cast<std::uint32_t>(frame.number),
                     static_cast<std::uint64_t>(frame.stamp_s * 1.0e6), left, picture_of(pair.right, replay));
     const std::size_t before = replay.frames.size();
-    ReplayFrame times;
     run_frame(options.slice_ops, times);
     if (replay.fixes.size() > replay.fix_covariance_m2.size()) {
       const Localizer& localizer = app::root.localizer();

@@ -19,7 +19,9 @@ namespace cairn::ground {
 struct ReplayFrame {
   std::size_t index = 0;  ///< in the drive
   app::FrameReport report;
-  double seconds = 0.0;  ///< of the flight module for this pair
+  bool left_again = false;   ///< the picture is the one before's, to the bit
+  bool right_again = false;  ///< likewise
+  double seconds = 0.0;      ///< of the flight module for this pair
   /// Of it by task: the time of each slice, shared out by the operations that were done in it.
   double task_seconds[cfg::kTaskCount] = {};
 };

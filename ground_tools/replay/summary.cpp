@@ -62,13 +62,38 @@ double largest_excess(const TrajectoryErrors& vo, const TrajectoryErrors& correc
   return excess;
 }
 
+namespace {
+
+std::string doubt_words(const std::array<std::uint32_t, kWatchStatusCount>& doubt) {
+  switch (static_cast<WatchStatus>(std::max_element(doubt.begin(), doubt.end()) - doubt.begin())) {
+    case WatchStatus::kMostlyStill:
+      return "most of what is seen stands still while the rest moves: if it is the rover itself, draw it and give --mask";
+    case WatchStatus::kJumped:
+      return "boulders in view are not where they were, so that VO missed a motion (frames left out, a slip?)";
+    default: return "another sensor tells of another motion";
+  }
+}
+
+}  // namespace
+
 std::string MotionCounts::words() const {
   std::string text = fmt::format("of {} frames {} held, {} extrapolated", frames, held, extrapolated);
   if (by_prior > 0) text += fmt::format(", {} by prior", by_prior);
+  if (doubted > 0) text += fmt::format(", {} doubted", doubted);
   return text;
 }
 
 std::string MotionCounts::cause() const {
+  if (unmeasured() == 0) return doubt_words(doubt);
+  if (mostly_frozen()) {
+    const bool left = 2 * frozen_left > frozen, right = 2 * frozen_right > frozen;
+    return fmt::format(
+        "{} are those of frames before, to the bit (a camera or its recording has frozen, or frames are "
+        "given twice?)",
+        left    ? "left images"
+        : right ? "right images"
+                : "images");
+  }
   const auto most = static_cast<VoStatus>(std::max_element(why.begin(), why.end()) - why.begin());
   const bool few =
       most == VoStatus::kFewStereo || most == VoStatus::kFewMatches || most == VoStatus::kNoConsensus;
@@ -103,7 +128,16 @@ MotionCounts motion_counts(const Replay& replay) {
     counts.held += source == PoseSource::kHeld ? 1U : 0U;
     counts.extrapolated += source == PoseSource::kExtrapolated ? 1U : 0U;
     counts.by_prior += source == PoseSource::kPrior ? 1U : 0U;
-    if (source != PoseSource::kVo) ++counts.why.at(f.report.vo_status);
+    counts.doubted += source == PoseSource::kDoubted ? 1U : 0U;
+    if (source == PoseSource::kDoubted) ++counts.doubt.at(f.report.watch);
+    if (source == PoseSource::kVo || source == PoseSource::kDoubted) continue;
+    if (f.report.watch != static_cast<std::uint8_t>(WatchStatus::kFrozen)) {
+      ++counts.why.at(f.report.vo_status);
+      continue;
+    }
+    ++counts.frozen;
+    counts.frozen_left += f.left_again && !f.right_again ? 1U : 0U;
+    counts.frozen_right += f.right_again && !f.left_again ? 1U : 0U;
   }
   counts.noisy = replay.health.halved > counts.unmeasured();
   return counts;
@@ -130,6 +164,44 @@ std::string heights_words(const LocalizerHealth& health) {
   };
   return fmt::format("heights of the map: taken {} times, inconsistent {}", count(AttitudeStatus::kFused),
                      count(AttitudeStatus::kInconsistent));
+}
+
+namespace {
+
+struct Extent {
+  double away_m = 0.0;
+  double turn_rad = 0.0;
+};
+
+/// The farthest from the first pose.
+Extent extent_of(const Trajectory& trajectory) {
+  Extent most;
+  for (const StampedPose& at : trajectory) {
+    const Pose3 step = trajectory.front().pose.inverse() * at.pose;
+    most.away_m = std::max(most.away_m, step.t.norm());
+    most.turn_rad = std::max(most.turn_rad, quat_log(step.q).norm());
+  }
+  return most;
+}
+
+/// Slow rovers move by millimetres a frame, and VO's noise by tenths of one.
+bool stands(const Trajectory& trajectory) {
+  constexpr double kStep_m = 0.001, kLeast_m = 0.002, kMost_m = 0.020, kTurn_rad = 0.5 * kRadPerDeg;
+  const Extent extent = extent_of(trajectory);
+  return extent.away_m <= std::clamp(kStep_m * static_cast<double>(trajectory.size()), kLeast_m, kMost_m) &&
+         extent.turn_rad <= kTurn_rad;
+}
+
+}  // namespace
+
+std::string standing_words(const Replay& replay) {
+  if (replay.vo.size() < 2 || !stands(replay.vo)) return {};
+  if (replay.truth.size() == replay.vo.size() && stands(replay.truth)) return {};
+  const Extent extent = extent_of(replay.vo);
+  return fmt::format(
+      "nothing moved: over {} frames VO stays within {:.1f} mm and {:.2f} degrees of its start; right where the "
+      "rover stood, else its pictures show no ground that goes by (its own deck, one scene again and again?)",
+      replay.vo.size(), 1.0e3 * extent.away_m, extent.turn_rad * kDegPerRad);
 }
 
 std::string truth_words(const RunErrors& errors) {
@@ -182,10 +254,9 @@ ordered_json summary_json(const RunTitle& title, const Replay& replay, const Run
               {"turn_z_rad", replay.angles[1]},    {"baseline_y_rad", replay.angles[2]},
               {"baseline_z_rad", replay.angles[3]}};
   const MotionCounts motion = motion_counts(replay);
-  s["counts"]["poses"] = {{"measured", motion.measured},
-                          {"held", motion.held},
-                          {"extrapolated", motion.extrapolated},
-                          {"by_prior", motion.by_prior}};
+  s["counts"]["poses"] = {{"measured", motion.measured},         {"held", motion.held},
+                          {"extrapolated", motion.extrapolated}, {"by_prior", motion.by_prior},
+                          {"doubted", motion.doubted},           {"frozen", motion.frozen}};
   s["counts"]["vo"] = counts_json(replay.health.vo, vo_status_name);
   s["counts"]["boulders"] = counts_json(replay.health.boulders, observe_status_name);
   s["counts"]["fixes"] = counts_json(replay.health.fixes, fix_status_name);

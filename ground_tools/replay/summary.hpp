@@ -43,14 +43,21 @@ struct MotionCounts {
   std::size_t held = 0;
   std::size_t extrapolated = 0;
   std::size_t by_prior = 0;
-  std::array<std::uint32_t, kVoStatusCount> why{};  ///< of those not measured, by `VoStatus`
+  std::size_t doubted = 0;       ///< measured, and something speaks against it
+  std::size_t frozen = 0;        ///< of those not measured: a picture was one of a frame before
+  std::size_t frozen_left = 0;   ///< of these: the left one alone was that of the very frame before
+  std::size_t frozen_right = 0;  ///< likewise the right one
+  std::array<std::uint32_t, kVoStatusCount> why{};       ///< of the others not measured, by `VoStatus`
+  std::array<std::uint32_t, kWatchStatusCount> doubt{};  ///< of those doubted, by `WatchStatus`
   bool noisy = false;  ///< more frames than those were looked at halved, for their noise
   double lens = 0.0;   ///< as estimated on board
 
   std::size_t unmeasured() const { return held + extrapolated + by_prior; }
+  /// Most of those not measured are so for that.
+  bool mostly_frozen() const { return 2 * frozen > unmeasured(); }
   /// `of 50 frames 7 held, 2 extrapolated`
   std::string words() const;
-  /// What VO says that most of these lacked.
+  /// What VO says that most of these lacked, or else what it doubts.
   std::string cause() const;
 };
 MotionCounts motion_counts(const Replay& replay);
@@ -61,6 +68,10 @@ std::string rig_words(const Replay& replay);
 
 /// One line on the ground held against the map's heights; empty where none was.
 std::string heights_words(const LocalizerHealth& health);
+
+/// Where VO measured that the rover stands and no truth says the same, a line that tells of both readings:
+/// all poses within 1 mm a frame of the first one (2 to 20 mm in all) and 0.5 degrees. Else empty.
+std::string standing_words(const Replay& replay);
 
 /// Where VO and truth can hardly be of the same drive, a line that says so and what to look at; else empty:
 /// on 0.3 m or more, VO's path is longer or shorter by a quarter or more, or ends a quarter of it off. Both

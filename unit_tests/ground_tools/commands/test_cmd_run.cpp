@@ -86,9 +86,10 @@ void make_set(const std::string& name, int width, int height) {
                                         std::to_string((height - 1) / 2.0) + " 0.12\n");
 }
 
-/// Pairs over a textured plane, 5 cm apart: a drive that can be measured. Right images are `lower_px` rows
+/// Pairs over a textured plane, a step apart: a drive that can be measured. Right images are `lower_px` rows
 /// lower; `swapped`: left for right.
-void make_drive(const std::string& name, int lower_px = 0, bool swapped = false, int frames = 2) {
+void make_drive(const std::string& name, int lower_px = 0, bool swapped = false, int frames = 2,
+                double step_m = 0.05) {
   static test::PlaneScene scene;
   static bool made = false;
   if (!made) scene.make(7);
@@ -100,7 +101,7 @@ void make_drive(const std::string& name, int lower_px = 0, bool swapped = false,
   pixels.resize(256 * 192);
   for (int i = 0; i < frames; ++i) {
     for (const bool right : {false, true}) {
-      const Pose3 T_map_rover{Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.05 * i, 0.0, 0.0)};
+      const Pose3 T_map_rover{Quat(1.0, 0.0, 0.0, 0.0), Vec3(step_m * i, 0.0, 0.0)};
       scene.render(rig, T_map_rover * T_rover_cam, right, 1.0, random, pixels.data());
       const auto grey = [&](int, int x, int y) {
         return pixels[256 * std::max(0, y - (right ? lower_px : 0)) + x];
@@ -163,6 +164,31 @@ void test_a_drive_that_never_moved_fails(void**) {
   assert_int_equal(cairn("run" + set("still") + out() + kStart + " --no-map"), 1);
   assert_true(errors.find("no step of the drive was measured (of 2 frames 2 held") != std::string::npos);
   assert_true(fs::exists(scratch.path("out/vo.tum")));
+  fs::remove_all(scratch.path("out"));
+}
+
+/// Pictures of a rover that stands differ by their noise; those of a camera that froze do not.
+void test_a_rover_that_stands_is_told_from_frozen_images(void**) {
+  make_drive("standing", 0, false, 4, 0.0);
+  assert_int_equal(cairn("run" + set("standing") + out() + kStart + " --no-map"), 3);
+  assert_true(test::is_one_line(errors) && errors.find("nothing moved: over 4 frames") != std::string::npos);
+  assert_true(fs::exists(scratch.path("out/vo.tum")));
+  fs::remove_all(scratch.path("out"));
+  std::string truth;
+  for (int i = 0; i < 4; ++i) truth += std::to_string(i) + " 0 0 0 -0.638224 0.638224 -0.304417 0.304417\n";
+  scratch.file("standing/truth_left_camera.tum", truth);
+  assert_int_equal(cairn("run" + set("standing") + out() + kStart + " --no-map"), 0);
+  assert_true(errors.empty());
+  fs::remove_all(scratch.path("out"));
+  for (const char* side : {"left", "right"}) {
+    for (int i = 0; i < 4; ++i)
+      fs::copy_file(scratch.path("set") / side / "0.png",
+                    scratch.path(std::string("frozen/") + side + "/" + std::to_string(i) + ".png"));
+  }
+  scratch.file("frozen/calib.txt", "200 200 127.5 95.5 0.12\n");
+  assert_int_equal(cairn("run" + set("frozen") + out() + kStart + " --no-map"), 1);
+  assert_true(errors.find("no step of the drive was measured (of 4 frames 3 held, 0 extrapolated): left and "
+                          "right images repeat") != std::string::npos);
   fs::remove_all(scratch.path("out"));
 }
 
@@ -435,6 +461,7 @@ int main() {
       cmocka_unit_test(test_good_runs),
       cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
       cmocka_unit_test(test_a_drive_that_never_moved_fails),
+      cmocka_unit_test(test_a_rover_that_stands_is_told_from_frozen_images),
       cmocka_unit_test(test_what_images_say_is_told),
       cmocka_unit_test(test_truth_of_another_drive_is_told),
       cmocka_unit_test(test_calibration_option),

@@ -17,7 +17,7 @@ using namespace cairn::ground;
 namespace {
 
 constexpr int kWidth = 256, kHeight = 192;
-constexpr std::size_t kFrames = 4;
+constexpr std::size_t kFrames = 4, kLong = 12;
 
 struct MemoryDrive : Drive {
   StereoRig the_rig{kWidth, kHeight, 200.0, 200.0, 127.5, 95.5, 0.12, {}};
@@ -45,14 +45,14 @@ Image blank() {
 }
 
 /// 6 cm a frame.
-const MemoryDrive& good() {
+const MemoryDrive& good_and_long() {
   static MemoryDrive drive;
   if (!drive.pairs.empty()) return drive;
   static test::PlaneScene scene;
   scene.make(7);
   const Pose3 T_rover_cam = mast_pose(0.7, 39.0 * kRadPerDeg, drive.the_rig.baseline_m);
   Random random(3);
-  for (std::size_t i = 0; i < kFrames; ++i) {
+  for (std::size_t i = 0; i < kLong; ++i) {
     const Pose3 T_map_cam =
         Pose3{Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.06 * static_cast<double>(i), 0.0, 0.0)} * T_rover_cam;
     PairImages pair;
@@ -60,6 +60,15 @@ const MemoryDrive& good() {
     scene.render(drive.the_rig, T_map_cam, false, 1.0, random, pair.left.pixels.data());
     scene.render(drive.the_rig, T_map_cam, true, 1.0, random, pair.right.pixels.data());
     drive.pairs.push_back(std::move(pair));
+  }
+  return drive;
+}
+
+const MemoryDrive& good() {
+  static MemoryDrive drive;
+  if (drive.pairs.empty()) {
+    drive = good_and_long();
+    drive.pairs.resize(kFrames);
   }
   return drive;
 }
@@ -193,13 +202,33 @@ void test_noisy(void**) {
 }
 
 void test_right_images_of_another_frame(void**) {
-  static MemoryDrive late;
-  late = good();
-  for (std::size_t i = 1; i < kFrames; ++i) late.pairs[i].right = good().pairs[i - 1].right;
-  expect(late, PairFault::Kind::kLate, "one frame late");
-  late = good();
-  for (std::size_t i = 0; i + 1 < kFrames; ++i) late.pairs[i].right = good().pairs[i + 1].right;
-  expect(late, PairFault::Kind::kLate, "one frame early");
+  const std::pair<int, const char*> cases[] = {{1, "are one frame late"},
+                                               {-1, "are one frame early"},
+                                               {2, "are 2 frames late"},
+                                               {-3, "are 3 frames early"}};
+  for (const auto& [frames, words] : cases) {
+    static MemoryDrive late;
+    late = good_and_long();
+    for (int i = 0; i < static_cast<int>(kLong); ++i) {
+      const int from = i - frames;
+      if (from >= 0 && from < static_cast<int>(kLong))
+        late.pairs[static_cast<std::size_t>(i)].right =
+            good_and_long().pairs[static_cast<std::size_t>(from)].right;
+    }
+    expect(late, PairFault::Kind::kLate, words);
+    if (test::kSanitized) return;
+  }
+}
+
+/// One side, or both; black pictures are all the same, and no frozen ones.
+void test_frozen(void**) {
+  expect(with([](PairImages& pair) { pair.left = good().pairs[0].left; }), PairFault::Kind::kFrozen,
+         "left images repeat from frame to frame, to the bit, and right ones change");
+  expect(with([](PairImages& pair) { pair.right = good().pairs[0].right; }), PairFault::Kind::kFrozen,
+         "right images repeat from frame to frame, to the bit, and left ones change");
+  expect(with([](PairImages& pair) { pair = good().pairs[0]; }), PairFault::Kind::kFrozen,
+         "left and right images repeat");
+  expect(with([](PairImages& pair) { pair.left = pair.right = blank(); }), PairFault::Kind::kSame, "");
 }
 
 void test_turned_and_bent(void**) {
@@ -255,6 +284,7 @@ int main() {
       cmocka_unit_test(test_dark_same_and_nothing_in_common),
       cmocka_unit_test(test_noisy),
       cmocka_unit_test(test_right_images_of_another_frame),
+      cmocka_unit_test(test_frozen),
       cmocka_unit_test(test_turned_and_bent),
       cmocka_unit_test(test_fit_by_hand),
   };

@@ -51,6 +51,65 @@ void test_counts(void**) {
   assert_true(says(counts.words(), "of 40 frames 10 held"));
 }
 
+/// Frozen pictures are not missing ones, and the side that froze has its name.
+void test_frozen(void**) {
+  Replay replay = drive(30, 10, VoStatus::kBadImage);
+  const auto freeze = [&](int from, bool left, bool right) {
+    for (int i = 40 - from; i < 40; ++i) {
+      ReplayFrame& frame = replay.frames[static_cast<std::size_t>(i)];
+      frame.report.watch = static_cast<std::uint8_t>(WatchStatus::kFrozen);
+      frame.left_again = left;
+      frame.right_again = right;
+    }
+  };
+  freeze(5, true, true);
+  assert_true(says(motion_counts(replay).cause(), "missing"));
+  freeze(6, true, true);
+  assert_true(motion_counts(replay).mostly_frozen());
+  assert_int_equal(motion_counts(replay).cause().rfind("images are those of frames before", 0), 0);
+  freeze(6, true, false);
+  assert_int_equal(motion_counts(replay).cause().rfind("left images", 0), 0);
+  freeze(6, false, true);
+  assert_int_equal(motion_counts(replay).cause().rfind("right images", 0), 0);
+}
+
+void test_doubted(void**) {
+  Replay replay = drive(10, 0, VoStatus::kMotion);
+  for (std::size_t i = 2; i < 10; ++i) {
+    replay.frames[i].report.pose_source = static_cast<std::uint8_t>(PoseSource::kDoubted);
+    replay.frames[i].report.watch =
+        static_cast<std::uint8_t>(i < 4 ? WatchStatus::kJumped : WatchStatus::kMostlyStill);
+  }
+  const MotionCounts counts = motion_counts(replay);
+  assert_true(counts.measured == 2 && counts.doubted == 8 && counts.unmeasured() == 0);
+  assert_true(says(counts.words(), "0 extrapolated, 8 doubted"));
+  assert_true(says(counts.cause(), "give --mask"));
+}
+
+/// A rover that stands is told from a slow one, and is no surprise where the truth says the same.
+void test_standing(void**) {
+  const auto words = [](int frames, double step_m, double turn_rad, double true_step_m = -1.0) {
+    Replay replay;
+    for (int i = 0; i < frames; ++i) {
+      const Pose3 pose{quat_exp(Vec3(0.0, 0.0, turn_rad * i)), Vec3(step_m * i, 0.0, 0.0)};
+      replay.vo.push_back({static_cast<double>(i), pose});
+      if (true_step_m >= 0.0)
+        replay.truth.push_back(
+            {static_cast<double>(i), {Quat(1.0, 0.0, 0.0, 0.0), Vec3(true_step_m * i, 0.0, 0.0)}});
+    }
+    return standing_words(replay);
+  };
+  assert_true(says(words(25, 0.0002, 0.0), "over 25 frames VO stays within 4.8 mm and 0.00 degrees"));
+  assert_true(words(25, 0.002, 0.0).empty());
+  assert_true(words(2, 0.003, 0.0).empty());
+  assert_false(words(2, 0.001, 0.0).empty());
+  assert_true(words(300, 0.0001, 0.0).empty());
+  assert_true(words(25, 0.0, 0.001).empty());
+  assert_true(words(25, 0.0002, 0.0, 0.0).empty());
+  assert_false(words(25, 0.0002, 0.0, 0.01).empty());
+  assert_true(words(1, 0.0, 0.0).empty());
+}
+
 void test_what_was_found_of_the_rig(void**) {
   Replay replay = drive(3, 0, VoStatus::kMotion);
   assert_true(rig_words(replay).empty());
@@ -93,11 +152,10 @@ void test_rig_in_the_summary(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_causes),
-      cmocka_unit_test(test_counts),
-      cmocka_unit_test(test_what_was_found_of_the_rig),
-      cmocka_unit_test(test_heights),
-      cmocka_unit_test(test_rig_in_the_summary),
+      cmocka_unit_test(test_causes),   cmocka_unit_test(test_counts),
+      cmocka_unit_test(test_frozen),   cmocka_unit_test(test_doubted),
+      cmocka_unit_test(test_standing), cmocka_unit_test(test_what_was_found_of_the_rig),
+      cmocka_unit_test(test_heights),  cmocka_unit_test(test_rig_in_the_summary),
   };
   return cmocka_run_group_tests_name("ground_tools/replay/summary", tests, nullptr, nullptr);
 }
