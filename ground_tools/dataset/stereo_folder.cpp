@@ -11,6 +11,7 @@
 
 #include "base/number_table.hpp"
 #include "base/tool_error.hpp"
+#include "dataset/image_names.hpp"
 
 namespace fs = std::filesystem;
 
@@ -40,13 +41,7 @@ constexpr Layout kLayouts[] = {
     {".", ".", "im0", "im1"},
 };
 
-/// The order of frames: shorter names first, then by text.
-struct StemLess {
-  bool operator()(const std::string& a, const std::string& b) const {
-    return a.size() != b.size() ? a.size() < b.size() : a < b;
-  }
-};
-using Images = std::map<std::string, fs::path, StemLess>;
+using Images = std::map<std::string, fs::path, NameLess>;
 
 bool is_image(const fs::path& path) {
   std::string extension = path.extension().string();
@@ -80,7 +75,7 @@ std::optional<int> whole_number(const std::string& text) {
   return value && *value >= 0 ? value : std::nullopt;
 }
 
-using Paired = std::map<std::string, Frame, StemLess>;
+using Paired = std::map<std::string, Frame, NameLess>;
 
 Paired pair_by_name(const Images& left, const Images& right) {
   Paired paired;
@@ -95,6 +90,40 @@ std::size_t pairs_in(const Paired& paired) {
   }));
 }
 
+template <typename Named>
+std::vector<std::string> names_of(const Named& images) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : images) names.push_back(name);
+  return names;
+}
+
+/// Under their numbers, where names are numbers but for what all begin and end with; else as they are.
+template <typename Named>
+Named by_bare_number(const Named& images) {
+  const std::vector<std::string> numbers = bare_numbers(names_of(images));
+  if (numbers.empty()) return images;
+  Named out;
+  std::size_t i = 0;
+  for (const auto& [name, value] : images) out.emplace(numbers[i++], value);
+  return out;
+}
+
+/// Those with the mark of that side, without it.
+Images of_side(const Images& images, const SideMark& mark, bool right) {
+  Images out;
+  for (const auto& [name, path] : images) {
+    if (const auto bare = without_mark(name, mark, right)) out.emplace(*bare, path);
+  }
+  return out;
+}
+
+/// img_0_L in the one folder, and img_0_R in the other.
+std::optional<Paired> pair_by_mark(const Images& left, const Images& right) {
+  const std::optional<SideMark> mark = find_side_mark(names_of(left), names_of(right));
+  if (!mark) return std::nullopt;
+  return by_bare_number(pair_by_name(of_side(left, *mark, false), of_side(right, *mark, true)));
+}
+
 /// By the digits at the end of each name; nothing where a name has none, or two have the same.
 std::optional<Images> by_last_number(const Images& images) {
   Images out;
@@ -107,14 +136,19 @@ std::optional<Images> by_last_number(const Images& images) {
   return out;
 }
 
-/// Names that are times: a number with a point, or one too large for a frame's.
+/// Names that are times: numbers with a point, too large for a frame's, or too far apart.
 std::optional<std::vector<double>> times_of(const Images& images) {
+  constexpr double kMostFrames = 1.0e11, kMostStep = 1.0e4;
   std::vector<double> out;
+  bool all = true, apart = images.size() > 1;
   for (const auto& [stem, path] : images) {
     const std::optional<double> value = to_finite(stem);
-    if (!value || (stem.find('.') == std::string::npos && *value < 1.0e11)) return std::nullopt;
+    if (!value) return std::nullopt;
+    all = all && (stem.find('.') != std::string::npos || *value >= kMostFrames);
+    apart = apart && (out.empty() || *value - out.back() >= kMostStep);
     out.push_back(*value);
   }
+  if (!all && !apart) return std::nullopt;
   return out;
 }
 
@@ -125,7 +159,9 @@ double time_between(const std::string& from, const std::string& to) {
 }
 
 /// Each right image goes with the nearest left one within half of the least interval.
-std::optional<Paired> pair_by_time(const Images& left, const Images& right, std::vector<std::string>& notes) {
+std::optional<Paired> pair_by_time(const Images& named_left, const Images& named_right,
+                                   std::vector<std::string>& notes) {
+  const Images left = by_bare_number(named_left), right = by_bare_number(named_right);
   const auto left_times = times_of(left), right_times = times_of(right);
   if (!left_times || !right_times || left.size() < 2) return std::nullopt;
   double interval = INFINITY;
@@ -165,6 +201,8 @@ Paired pair_images(const StereoFolder& at, const Images& left, const Images& rig
     Paired by_number = pair_by_name(*left_numbers, *right_numbers);
     if (pairs_in(by_number) >= half) return by_number;
   }
+  if (std::optional<Paired> by_mark = pair_by_mark(left, right); by_mark && pairs_in(*by_mark) >= half)
+    return *by_mark;
   if (std::optional<Paired> by_time = pair_by_time(left, right, notes); by_time && pairs_in(*by_time) >= half)
     return *by_time;
   if (pairs_in(by_name) > 0) return by_name;
@@ -179,7 +217,7 @@ void number_frames(StereoFolder& out, Paired& paired) {
                                     [](const auto& entry) { return whole_number(entry.first).has_value(); });
   Images names;
   for (const auto& [stem, frame] : paired) names.emplace(stem, frame.left);
-  const std::optional<std::vector<double>> times = times_of(names);
+  const std::optional<std::vector<double>> times = times_of(by_bare_number(names));
   const double unit = times ? unit_of_stamps(*times) : 1.0;
   out.stamped = times.has_value();
   for (auto& [stem, frame] : paired) {
@@ -194,47 +232,126 @@ void number_frames(StereoFolder& out, Paired& paired) {
   }
 }
 
+/// Both sides' images, and where they lie.
+struct Sides {
+  fs::path left_folder, right_folder;
+  Images left, right;
+  bool by_mark = false;  ///< their names are without it
+};
+
+std::vector<std::string> subfolders(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code failed;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    if (at->is_directory(failed)) names.push_back(at->path().filename().string());
+  }
+  std::sort(names.begin(), names.end(), NameLess());
+  return names;
+}
+
+/// The first of the usual layouts whose left folder is there and, where names tell the sides, holds such.
+std::optional<Sides> by_layout(const fs::path& folder) {
+  for (const Layout& layout : kLayouts) {
+    if (!fs::is_directory(folder / layout.left)) continue;
+    Sides out{folder / layout.left, folder / layout.right, {}, {}, false};
+    out.left = list_images(out.left_folder, layout.left_prefix);
+    if (layout.left_prefix[0] != '\0' && out.left.empty()) continue;
+    if (fs::is_directory(out.right_folder)) out.right = list_images(out.right_folder, layout.right_prefix);
+    return out;
+  }
+  return std::nullopt;
+}
+
+/// The folder where it has images, else the one below that has; empty where there are none, or several.
+fs::path with_images(const fs::path& folder) {
+  if (!list_images(folder, "").empty()) return folder;
+  fs::path found;
+  for (const std::string& name : subfolders(folder)) {
+    if (list_images(folder / name, "").empty()) continue;
+    if (!found.empty()) return {};
+    found = folder / name;
+  }
+  return found;
+}
+
+/// Two folders that differ by a word of side: Left and Right, image_left and image_right, cam1 and cam2.
+std::optional<Sides> by_folder_names(const fs::path& folder) {
+  for (const auto& [left, right] : pairs_by_mark(subfolders(folder))) {
+    Sides out{with_images(folder / left), with_images(folder / right), {}, {}, false};
+    if (out.left_folder.empty() || out.right_folder.empty()) continue;
+    out.left = list_images(out.left_folder, "");
+    out.right = list_images(out.right_folder, "");
+    return out;
+  }
+  return std::nullopt;
+}
+
+/// One folder, in which names tell the sides: img_0_L and img_0_R.
+std::optional<Sides> by_image_names(const fs::path& folder, std::vector<std::string>& notes) {
+  for (const char* name : {".", "img", "images", "image", "data", "frames"}) {
+    const fs::path here = folder / name;
+    if (!fs::is_directory(here)) continue;
+    const Images images = list_images(here, "");
+    const std::vector<std::string> names = names_of(images);
+    const std::optional<SideMark> mark = find_side_mark(names, names);
+    if (!mark) continue;
+    Sides out{here, here, of_side(images, *mark, false), of_side(images, *mark, true), true};
+    if (const std::size_t rest = images.size() - out.left.size() - out.right.size(); rest > 0)
+      notes.push_back(fmt::format("{}: {} of {} images are left out, whose names have neither '{}' nor '{}'",
+                                  here.string(), rest, images.size(), mark->left, mark->right));
+    return out;
+  }
+  return std::nullopt;
+}
+
+/// No image there: what is there in their place, for who has to unpack it.
+[[noreturn]] void refuse_empty(const fs::path& folder, const char* side) {
+  std::string other;
+  std::error_code failed;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    const std::string name = at->path().filename().string();
+    if (at->is_regular_file(failed) && name[0] != '.' && (other.empty() || name < other)) other = name;
+  }
+  throw ToolError("{}: no image here (JPEG, PNG, TIFF, PGM, BMP ...){}; put the {} images there",
+                  folder.string(), other.empty() ? "" : fmt::format(", but {}: unpack or convert it", other),
+                  side);
+}
+
+Sides find_sides(const fs::path& folder, std::vector<std::string>& notes) {
+  const std::optional<Sides> usual = by_layout(folder);
+  if (usual && !usual->left.empty() && !usual->right.empty()) return *usual;
+  if (std::optional<Sides> found = by_folder_names(folder)) return *found;
+  if (std::optional<Sides> found = by_image_names(folder, notes)) return *found;
+  if (!usual)
+    throw ToolError("{}: no folder of left images here; put pairs into left/ and right/", folder.string());
+  if (!fs::is_directory(usual->right_folder))
+    throw ToolError("{}: no such folder; put the right images of {} there", usual->right_folder.string(),
+                    usual->left_folder.string());
+  refuse_empty(usual->left.empty() ? usual->left_folder : usual->right_folder,
+               usual->left.empty() ? "left" : "right");
+}
+
 }  // namespace
 
 StereoFolder find_stereo_images(const fs::path& folder) {
   StereoFolder out;
-  Images left, right;
-  for (const Layout& layout : kLayouts) {
-    if (!fs::is_directory(folder / layout.left)) continue;
-    const bool by_prefix = layout.left_prefix[0] != '\0';
-    Images first;
-    if (by_prefix) {
-      first = list_images(folder / layout.left, layout.left_prefix);
-      if (first.empty()) continue;
-    }
-    out.left = folder / layout.left;
-    out.right = folder / layout.right;
-    if (!fs::is_directory(out.right)) {
-      throw ToolError("{}: no such folder; put the right images of {} there", out.right.string(),
-                      out.left.string());
-    }
-    left = by_prefix ? std::move(first) : list_images(out.left, "");
-    right = list_images(out.right, layout.right_prefix);
-    break;
-  }
-  if (out.left.empty()) {
-    throw ToolError("{}: no folder of left images here; put pairs into left/ and right/", folder.string());
-  }
-  if (left.empty() || right.empty()) {
-    throw ToolError("{}: no image here (JPEG, PNG, TIFF, PGM, BMP ...); put the {} images there",
-                    (left.empty() ? out.left : out.right).string(), left.empty() ? "left" : "right");
-  }
-  Paired paired = pair_images(out, left, right, out.notes);
+  const Sides sides = find_sides(folder, out.notes);
+  out.left = sides.left_folder;
+  out.right = sides.right_folder;
+  Paired paired = pair_images(out, sides.left, sides.right, out.notes);
+  if (sides.by_mark) paired = by_bare_number(paired);
   number_frames(out, paired);
   return out;
 }
 
 double unit_of_stamps(const std::vector<double>& stamps) {
-  if (stamps.empty() || stamps[0] < 1.0e11) return 1.0;
+  if (stamps.empty()) return 1.0;
   std::vector<double> steps;
   for (std::size_t i = 1; i < stamps.size(); ++i) steps.push_back(stamps[i] - stamps[i - 1]);
   std::sort(steps.begin(), steps.end());
   const double step = steps.empty() ? 0.0 : steps[steps.size() / 2];
+  constexpr double kSeconds = 1.0e11, kLongStep = 1.0e4, kNanoseconds = 5.0e5;
+  if (stamps[0] < kSeconds) return step < kLongStep ? 1.0 : step < kNanoseconds ? 1.0e-6 : 1.0e-9;
   for (const double unit : {1.0e-9, 1.0e-6, 1.0e-3}) {
     const double first_s = stamps[0] * unit;
     const bool of_these_years = first_s > 1.0e9 && first_s < 4.0e9;

@@ -194,6 +194,72 @@ void test_which_image_belongs_to_which(void**) {
   assert_refused(Dataset::open(scratch.path("apart")), "name left and right of a frame alike");
 }
 
+/// Where people put both cameras: folders of other names, one folder, names that tell the side.
+void test_other_places(void**) {
+  static Dataset data;
+  const auto open = [](const std::string& set, std::initializer_list<const char*> left,
+                       std::initializer_list<const char*> right) {
+    make_side(set, left);
+    make_side(set, right);
+    scratch.file(set + "/calib.txt", kPlainCalibration);
+    data = Dataset::open(scratch.path(set));
+    check_all_paired(data, left.size());
+    assert_true(data.notes().empty());
+    const auto begins = [](const std::filesystem::path& path, const char* name) {
+      return std::filesystem::path(name).filename().string() == path.filename().string();
+    };
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      if (!begins(data.frames()[i].left, left.begin()[i]) ||
+          !begins(data.frames()[i].right, right.begin()[i]))
+        fail_msg("%s: frame %zu is %s and %s", set.c_str(), i, data.frames()[i].left.c_str(),
+                 data.frames()[i].right.c_str());
+    }
+  };
+  open("LR", {"img_9_L.png", "img_10_L.png"}, {"img_9_R.png", "img_10_R.png"});
+  assert_int_equal(data.frames()[1].number, 10);
+  open("words", {"left_0001.png", "left_0002.png"}, {"right_0001.png", "right_0002.png"});
+  open("cams", {"cam0_7.png", "cam0_8.png"}, {"cam1_7.png", "cam1_8.png"});
+  open("last", {"1_155_0.png", "1_179_0.png"}, {"1_155_1.png", "1_179_1.png"});
+  assert_int_equal(data.frames()[0].number, 155);
+  open("inside", {"images/a_left.png"}, {"images/a_right.png"});
+  open("Named", {"Left/3.png", "Left/4.png"}, {"Right/3.png", "Right/4.png"});
+  open("tartan", {"image_left/0_left.png", "image_left/1_left.png"},
+       {"image_right/0_right.png", "image_right/1_right.png"});
+  open("robot", {"camera1/raw/3.png"}, {"camera2/raw/3.png"});
+  open("nested", {"left/images/3.png"}, {"right/images/3.png"});
+  make_side("rest", {"1_0.png", "1_1.png", "2_0.png", "2_1.png", "3_0.png", "3_1.png", "logo.png"});
+  scratch.file("rest/calib.txt", kPlainCalibration);
+  data = Dataset::open(scratch.path("rest"));
+  check_all_paired(data, 3);
+  assert_true(data.notes().size() == 1 &&
+              data.notes()[0].find("1 of 7 images are left out") != std::string::npos);
+}
+
+/// Names that are times are in the order of time, however many digits they have.
+void test_names_are_times(void**) {
+  static Dataset data;
+  const auto open = [](const std::string& set, std::initializer_list<const char*> left,
+                       std::initializer_list<const char*> right) {
+    make_side(set + "/left", left);
+    make_side(set + "/right", right);
+    scratch.file(set + "/calib.txt", kPlainCalibration);
+    data = Dataset::open(scratch.path(set));
+    check_all_paired(data, left.size());
+    for (std::size_t i = 1; i < data.frames().size(); ++i)
+      assert_near(data.frames()[i].stamp_s - data.frames()[i - 1].stamp_s, 0.25, 1e-6);
+  };
+  const auto same = [&](const std::string& set, std::initializer_list<const char*> names) {
+    open(set, names, names);
+  };
+  same("seconds", {"1403715273.25.png", "1403715273.5.png", "1403715273.75.png", "1403715274.0.png"});
+  same("short", {"9.5.png", "9.75.png", "10.0.png", "10.25.png"});
+  same("since_start", {"0.png", "250000000.png", "500000000.png", "1000000000.png", "750000000.png"});
+  same("microseconds", {"750000.png", "1000000.png"});
+  same("prefixed", {"t_1403715273250000000.png", "t_1403715273500000000.png"});
+  open("two_names", {"cam0_1403715273250000000.png", "cam0_1403715273500000000.png"},
+       {"cam1_1403715273250000128.png", "cam1_1403715273500000128.png"});
+}
+
 void test_units_of_stamps(void**) {
   assert_near(unit_of_stamps({0.0, 0.1}), 1.0, 0.0);
   assert_near(unit_of_stamps({1403715273.2, 1403715273.3}), 1.0, 0.0);
@@ -201,6 +267,9 @@ void test_units_of_stamps(void**) {
   assert_near(unit_of_stamps({1403715273262142.0, 1403715273312142.0}), 1e-6, 0.0);
   assert_near(unit_of_stamps({1403715273262142976.0, 1403715273312142976.0}), 1e-9, 0.0);
   assert_near(unit_of_stamps({1.4e12, 1.4e12 + 5e7}), 1e-9, 0.0);  // since the start
+  assert_near(unit_of_stamps({0.0, 5e7, 1e8}), 1e-9, 0.0);
+  assert_near(unit_of_stamps({0.0, 5e4, 1e5}), 1e-6, 0.0);
+  assert_near(unit_of_stamps({0.0, 1e3, 2e3}), 1.0, 0.0);
 }
 
 // EuRoC's layout whole: names are times, the calibration lies beside the images, truth is the body's.
@@ -383,6 +452,8 @@ void test_refusals_of_images(void**) {
   assert_refused(Dataset::open(scratch.path("empty")), "right: no such folder");
   std::filesystem::create_directories(scratch.path("empty") / "right");
   assert_refused(Dataset::open(scratch.path("empty")), "left: no image here");
+  scratch.file("empty/left/0.png.gz", "x");
+  assert_refused(Dataset::open(scratch.path("empty")), "but 0.png.gz: unpack or convert it");
   scratch.file("empty/left/0.png", "x");
   assert_refused(Dataset::open(scratch.path("empty")), "right: no image here");
   scratch.file("empty/right/0.png", "x");
@@ -391,7 +462,7 @@ void test_refusals_of_images(void**) {
   assert_refused(Dataset::open(scratch.path("empty")), "frame '0' has two images");
   std::filesystem::create_directories(scratch.path("bare") / "other");
   assert_refused(Dataset::open(scratch.path("bare")), "no folder of left images");
-  make_pairs("digits", "left", "right", {"5", "04"});
+  make_pairs("digits", "left", "right", {"5", "05"});
   assert_refused(Dataset::open(scratch.path("digits")), "the same number of digits");
 }
 
@@ -476,6 +547,8 @@ int main() {
       cmocka_unit_test(test_missing_images_are_frames),
       cmocka_unit_test(test_stamps_by_number),
       cmocka_unit_test(test_which_image_belongs_to_which),
+      cmocka_unit_test(test_other_places),
+      cmocka_unit_test(test_names_are_times),
       cmocka_unit_test(test_units_of_stamps),
       cmocka_unit_test(test_euroc_layout),
       cmocka_unit_test(test_kitti_raw_layout),
