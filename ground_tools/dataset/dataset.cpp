@@ -176,6 +176,49 @@ Trajectory read_euroc_truth(const fs::path& path, const Pose3& T_body_cam) {
   return out;
 }
 
+/// Up to `most` places in a row of `count`, the first among them.
+std::vector<std::size_t> spread(std::size_t count, std::size_t most) {
+  std::vector<std::size_t> out;
+  const std::size_t stride = std::max<std::size_t>(1, (count + most - 1) / most);
+  for (std::size_t i = 0; i < count; i += stride) out.push_back(i);
+  return out;
+}
+
+struct Size {
+  int width = 0;
+  int height = 0;
+  int count = 0;     ///< of the images looked at
+  fs::path example;  ///< the first of that size
+};
+
+/// What most of a side's images have, of those that are looked at; of as many, what comes first. `reason`: of
+/// the last that cannot be read.
+Size usual_size(const std::vector<Frame>& frames, fs::path Frame::*side, std::string& reason) {
+  constexpr std::size_t kLooks = 32;
+  std::vector<Size> sizes;
+  const auto look = [&](const fs::path& path) {
+    if (path.empty()) return;
+    try {
+      const auto [width, height] = image_size(path);
+      const auto same = [w = width, h = height](const Size& size) {
+        return size.width == w && size.height == h;
+      };
+      const auto known = std::find_if(sizes.begin(), sizes.end(), same);
+      if (known == sizes.end())
+        sizes.push_back({width, height, 1, path});
+      else
+        ++known->count;
+    } catch (const ImageError& error) {
+      reason = error.what();
+    }
+  };
+  for (const std::size_t i : spread(frames.size(), kLooks)) look(frames[i].*side);
+  for (std::size_t i = 0; i < frames.size() && sizes.empty(); ++i) look(frames[i].*side);
+  const auto most = std::max_element(sizes.begin(), sizes.end(),
+                                     [](const Size& a, const Size& b) { return a.count < b.count; });
+  return most == sizes.end() ? Size() : *most;
+}
+
 /// By the flight code's own warp.
 Image remapped(const RemapTable& table, const Image& image) {
   Image out;
@@ -211,52 +254,45 @@ Dataset Dataset::open(const fs::path& folder, const std::vector<fs::path>& calib
   return data;
 }
 
-/// The size of the first readable image of each side, and how many bits samples of 16 use.
+/// The size of most images of each side, and how many bits samples of 16 use.
 void Dataset::measure_images() {
   std::string reason = "no image at all";
-  for (fs::path Frame::*side : {&Frame::left, &Frame::right}) {
-    bool found = false;
-    for (std::size_t i = 0; i < frames_.size() && !found; ++i) {
-      const fs::path& path = frames_[i].*side;
-      if (path.empty()) continue;
-      try {
-        const Image image = load_grey(path);
-        found = true;
-        if (file_width_px_ == 0) {
-          file_width_px_ = image.width;
-          file_height_px_ = image.height;
-        } else if (image.width != file_width_px_ || image.height != file_height_px_) {
-          throw ToolError(
-              "{}: right images are {} x {}, left ones {} x {}; give both the same size, and its calibration",
-              path.string(), image.width, image.height, file_width_px_, file_height_px_);
-        }
-      } catch (const ImageError& error) {
-        reason = error.what();
-      }
-    }
-  }
-  if (file_width_px_ == 0)
+  const Size left = usual_size(frames_, &Frame::left, reason),
+             right = usual_size(frames_, &Frame::right, reason);
+  if (left.count == 0 && right.count == 0)
     throw ToolError("{}: no image can be read; the last: {}", folder_.string(), reason);
+  if (left.count > 0 && right.count > 0 && (left.width != right.width || left.height != right.height)) {
+    throw ToolError(
+        "{}: right images are {} x {}, left ones {} x {}; give both the same size, and its calibration",
+        right.example.string(), right.width, right.height, left.width, left.height);
+  }
+  file_width_px_ = left.count > 0 ? left.width : right.width;
+  file_height_px_ = left.count > 0 ? left.height : right.height;
+  measure_samples();
+}
 
-  constexpr std::size_t kLooks = 8;
-  const std::size_t stride = std::max<std::size_t>(1, frames_.size() / kLooks);
-  int largest = 0;
-  for (std::size_t i = 0; i < frames_.size(); i += stride) {
+/// Cameras have 8 to 16 bits, and files 8 or 16.
+void Dataset::measure_samples() {
+  DeepSamples all;
+  for (const std::size_t i : spread(frames_.size(), 8)) {
     for (const fs::path& path : {frames_[i].left, frames_[i].right}) {
       try {
-        if (!path.empty()) largest = std::max(largest, largest_deep_sample(path));
+        if (path.empty()) continue;
+        const DeepSamples samples = deep_samples(path);
+        all.largest = std::max(all.largest, samples.largest);
+        all.of_bytes = all.of_bytes && samples.of_bytes;
       } catch (const ImageError&) {  // told where it is flown
       }
     }
   }
-  if (largest == 0) return;
-  for (const int bits : {14, 12, 10}) {
-    if (largest < (1 << bits)) sample_bits_ = bits;
+  if (all.largest == 0 || all.of_bytes) return;
+  for (const int bits : {14, 12, 10, 8}) {
+    if (all.largest < (1 << bits)) sample_bits_ = bits;
   }
   if (sample_bits_ < 16)
     notes_.push_back(
         fmt::format("images are of 16 bits, of which {} are used (largest sample {}): scaled by these",
-                    sample_bits_, largest));
+                    sample_bits_, all.largest));
 }
 
 void Dataset::read_calibration(const std::vector<fs::path>& given, ImagesAre images_are) {
@@ -458,7 +494,7 @@ PairImages Dataset::images(std::size_t index) const {
     try {
       image = load_grey(path, sample_bits_);
       if (image.width != file_width_px_ || image.height != file_height_px_) {
-        pair.faults.push_back(fmt::format("{}: is {} x {}, the first one {} x {}; not used", path.string(),
+        pair.faults.push_back(fmt::format("{}: is {} x {}, most others {} x {}; not used", path.string(),
                                           image.width, image.height, file_width_px_, file_height_px_));
       } else if (table != nullptr) {
         image = remapped(*table, image);

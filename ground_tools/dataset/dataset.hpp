@@ -69,6 +69,7 @@ class Dataset : public Drive {
 
  private:
   void measure_images();
+  void measure_samples();
   void read_calibration(const std::vector<std::filesystem::path>& given, ImagesAre images);
   void take_rectified(const std::filesystem::path& calibration);
   void read_stamps();
@@ -79,7 +80,7 @@ class Dataset : public Drive {
   std::filesystem::path folder_;
   std::filesystem::path left_folder_;
   StereoRig rig_;
-  int file_width_px_ = 0;  ///< of the first readable image
+  int file_width_px_ = 0;  ///< of most images that can be read
   int file_height_px_ = 0;
   CameraPair cameras_;
   std::shared_ptr<const Rectification> rectification_;  ///< null: images are taken as they are

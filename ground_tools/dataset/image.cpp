@@ -63,18 +63,28 @@ Opened open_image(const std::filesystem::path& path, const QuietGdal& gdal) {
 
 }  // namespace
 
-int largest_deep_sample(const std::filesystem::path& path) {
+std::pair<int, int> image_size(const std::filesystem::path& path) {
+  const QuietGdal gdal;
+  const Opened opened = open_image(path, gdal);
+  return {opened.data->GetRasterXSize(), opened.data->GetRasterYSize()};
+}
+
+DeepSamples deep_samples(const std::filesystem::path& path) {
   QuietGdal gdal;
   const Opened opened = open_image(path, gdal);
-  if (opened.type == GDT_Byte) return 0;
-  int largest = 0;
+  DeepSamples out;
+  if (opened.type == GDT_Byte) return out;
+  const auto all_of = [](const std::vector<std::uint16_t>& samples, int factor) {
+    return std::all_of(samples.begin(), samples.end(), [factor](int sample) { return sample % factor == 0; });
+  };
   const int bands = std::min(opened.data->GetRasterCount(), 3);
   for (int b = 1; b <= bands; ++b) {
     const std::vector<std::uint16_t> samples = read_band(*opened.data, b, gdal);
-    if (!samples.empty()) largest = std::max<int>(largest, *std::max_element(samples.begin(), samples.end()));
+    for (const int sample : samples) out.largest = std::max(out.largest, sample);
+    out.of_bytes = out.of_bytes && (all_of(samples, 257) || all_of(samples, 256));
   }
   if (gdal.failed()) refuse(path, gdal, "image data cannot be decoded");
-  return largest;
+  return out;
 }
 
 Image load_grey(const std::filesystem::path& path, int bits) {

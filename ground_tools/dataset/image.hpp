@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "image/image_view.hpp"
@@ -25,8 +26,16 @@ struct Image {
   ImageU8 view() const { return packed_view(pixels.data(), width, height); }
 };
 
-/// The largest sample of an image of 16-bit samples; 0 for one of 8 bits. Throws ImageError.
-int largest_deep_sample(const std::filesystem::path& path);
+/// Width and height, by the file's head alone. Throws ImageError.
+std::pair<int, int> image_size(const std::filesystem::path& path);
+
+/// What is in an image of 16-bit samples.
+struct DeepSamples {
+  int largest = 0;       ///< 0: black, or an image of 8 bits
+  bool of_bytes = true;  ///< all are bytes times 257, or all are bytes times 256
+};
+/// Throws ImageError.
+DeepSamples deep_samples(const std::filesystem::path& path);
 
 /// Reads an image (JPEG, PNG, TIFF, PGM, BMP, WebP, JPEG 2000, GIF, PDS, VICAR) as 8-bit grey. Colour
 /// becomes luma, (299 R + 587 G + 114 B + 500) / 1000 in integers (Rec. 601); an alpha band is ignored. Of

@@ -365,6 +365,45 @@ void test_sizes_and_depths(void**) {
   assert_refused(Dataset::open(scratch.path("depth")), "right images are 32 x 48, left ones 64 x 48");
 }
 
+/// Bytes in files of 16 bits: as they are, or scaled up.
+void test_bytes_in_16_bits(void**) {
+  make_pairs("bytes", "left", "right", {"0"});
+  scratch.file("bytes/calib.txt", kPlainCalibration);
+  static Dataset data;
+  static PairImages pair;
+  for (const int factor : {1, 256, 257}) {
+    for (const int most : {255, 50}) {  // a dark scene is no camera of fewer bits
+      for (const char* image : {"bytes/left/0.png", "bytes/right/0.png"}) {
+        test::write_image(scratch.path(image), "PNG", GDT_UInt16, 64, 48, 1,
+                          [&](int, int x, int y) { return factor * std::min(most, test::texture(x, y)); });
+      }
+      data = Dataset::open(scratch.path("bytes"));
+      assert_int_equal(data.notes().size(), factor == 1 ? 1 : 0);
+      pair = data.images(0);
+      for (int x = 0; x < 64; ++x)
+        assert_true(std::abs(pair.left.view().at(x, 7) - std::min(most, test::texture(x, 7))) <= 1);
+    }
+  }
+}
+
+/// What most images have is the drive's size, whatever the first one has.
+void test_a_first_pair_of_another_size(void**) {
+  make_pairs("first", "left", "right", {"0", "1", "2", "3"});
+  scratch.file("first/calib.txt", kPlainCalibration);
+  for (const char* image : {"first/left/0.png", "first/right/0.png"})
+    test::write_grey_png(scratch.path(image), 32, 24);
+  static Dataset data;
+  data = Dataset::open(scratch.path("first"));
+  assert_int_equal(data.rig().width_px, 64);
+  assert_int_equal(data.rig().height_px, 48);
+  static PairImages pair;
+  pair = data.images(0);
+  assert_int_equal(pair.faults.size(), 2);
+  assert_true(pair.faults[0].find("left/0.png: is 32 x 24, most others 64 x 48; not used") !=
+              std::string::npos);
+  assert_true(data.images(1).faults.empty());
+}
+
 // Right images of another principal point, by whole pixels: each side moves by half of the difference.
 void test_a_pair_that_is_not_rectified(void**) {
   make_pairs("raw", "left", "right", {"0", "1"});
@@ -554,6 +593,8 @@ int main() {
       cmocka_unit_test(test_kitti_raw_layout),
       cmocka_unit_test(test_truth_that_does_not_fit_is_told),
       cmocka_unit_test(test_sizes_and_depths),
+      cmocka_unit_test(test_bytes_in_16_bits),
+      cmocka_unit_test(test_a_first_pair_of_another_size),
       cmocka_unit_test(test_a_pair_that_is_not_rectified),
       cmocka_unit_test(test_truth_of_a_turned_camera),
       cmocka_unit_test(test_raw_or_rectified),

@@ -74,9 +74,16 @@ void test_bits_that_are_used(void**) {
   for (int x = 0; x < 5; ++x) assert_int_equal(image.view().at(x, 0), at_10[x]);
   image = load_grey(path, 12);
   for (int x = 0; x < 5; ++x) assert_int_equal(image.view().at(x, 0), at_12[x]);
-  assert_int_equal(largest_deep_sample(path), 4095);
+  assert_int_equal(deep_samples(path).largest, 4095);
+  assert_false(deep_samples(path).of_bytes);
+  assert_true(image_size(path) == std::pair(5, 1));
   test::write_grey_png(scratch.path("eight.png"), 8, 8);
-  assert_int_equal(largest_deep_sample(scratch.path("eight.png")), 0);
+  assert_int_equal(deep_samples(scratch.path("eight.png")).largest, 0);
+  for (const int factor : {257, 256, 255, 16}) {
+    test::write_image(path, "PNG", GDT_UInt16, 5, 1, 1,
+                      [factor](int, int x, int) { return factor * (50 + x); });
+    assert_int_equal(deep_samples(path).of_bytes, factor > 255);
+  }
 }
 
 // Drawing programs save a picture of two tones in one bit.
