@@ -109,21 +109,26 @@ StepTrim parse_degrade(const std::string& text) {
   return trim;
 }
 
+/// The drive that the options name: a data set, or a scene that is rendered as it is driven over.
+struct DriveSource {
+  std::unique_ptr<sim::World> world;
+  std::unique_ptr<Drive> drive;
+  const Dataset* data = nullptr;  ///< it, where it is one
+  PairFault fault;                ///< of a data set's images
+};
+
 /// In place of the mission's.
-void wear_mask(const fs::path& picture, const StereoRig& rig, LocalizerParams& params) {
-  const HardwareMask mask = read_hardware_mask(picture);
+void wear_mask(const fs::path& picture, const DriveSource& source, LocalizerParams& params) {
+  const StereoRig& rig = source.drive->rig();
+  const Rectification* const made = source.data != nullptr ? source.data->rectification() : nullptr;
+  const HardwareMask mask = made != nullptr
+                                ? read_hardware_mask(picture, source.data->cameras().left, made->left)
+                                : read_hardware_mask(picture);
   if (mask.width_px != rig.width_px || mask.height_px != rig.height_px)
     throw ToolError("{}: has {} x {} pixels, the drive's images {} x {}; draw it on one of these",
                     picture.string(), mask.width_px, mask.height_px, rig.width_px, rig.height_px);
   params.vo.own = params.boulders.own = mask.own;
 }
-
-/// The drive that the options name: a data set, or a scene that is rendered as it is driven over.
-struct DriveSource {
-  std::unique_ptr<sim::World> world;
-  std::unique_ptr<Drive> drive;
-  PairFault fault;  ///< of a data set's images
-};
 
 void warn(const std::string& words) { fmt::print(stderr, "cairn: warning: {}\n", words); }
 
@@ -138,6 +143,7 @@ void open_dataset(const RunOptions& options, const ReplayOptions& range, DriveSo
   if (source.fault.kind == PairFault::Kind::kSwapped)
     throw ToolError("{}: {}", options.dataset.string(), source.fault.words);
   if (source.fault.kind != PairFault::Kind::kNone) warn(source.fault.words);
+  source.data = data.get();
   source.drive = std::move(data);
 }
 
@@ -244,7 +250,7 @@ void run(RunOptions options) {
   const DriveSource source = open_drive(options, replay_options);
   const Drive& drive = *source.drive;
   if (source.world && options.attitude.empty()) replay_options.attitudes = simulated_attitudes(*source.world);
-  if (!options.mask.empty()) wear_mask(options.mask, drive.rig(), replay_options.params);
+  if (!options.mask.empty()) wear_mask(options.mask, source, replay_options.params);
   title.truth_rocks = drive.truth_rocks();
   if (!options.ortho.empty())
     static_cast<void>(read_ortho_piece(options.ortho, Box(), 1));  // told before the work

@@ -219,22 +219,6 @@ Size usual_size(const std::vector<Frame>& frames, fs::path Frame::*side, std::st
   return most == sizes.end() ? Size() : *most;
 }
 
-/// By the flight code's own warp.
-Image remapped(const RemapTable& table, const Image& image) {
-  Image out;
-  out.width = table.width_px;
-  out.height = table.height_px;
-  out.pixels.resize(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
-  RemapJob job;
-  const RemapStatus started =
-      job.start(table, image.view(), packed_view(out.pixels.data(), out.width, out.height));
-  CAIRN_ASSERT(started == RemapStatus::kRunning);
-  WorkBudget all = WorkBudget::unlimited();
-  const Progress progress = job.step(all);
-  CAIRN_ASSERT(progress == Progress::kDone);
-  return out;
-}
-
 }  // namespace
 
 Dataset Dataset::open(const fs::path& folder, const std::vector<fs::path>& calibration,

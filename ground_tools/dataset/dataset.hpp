@@ -58,6 +58,8 @@ class Dataset : public Drive {
   const std::vector<Frame>& frames() const { return frames_; }
   /// As the calibration tells of the files.
   const CameraPair& cameras() const { return cameras_; }
+  /// Null where images are taken as they are.
+  const Rectification* rectification() const { return rectification_.get(); }
   /// What was decided on the way and what does not fit, a line each: a warning to who flies it.
   const std::vector<std::string>& notes() const { return notes_; }
 

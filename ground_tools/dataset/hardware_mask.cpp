@@ -8,19 +8,18 @@
 #include "dataset/image.hpp"
 
 namespace cairn::ground {
+namespace {
 
-HardwareMask read_hardware_mask(const std::filesystem::path& path) {
-  constexpr std::uint8_t kHalf = 128;
-  Image image;
+Image load_drawing(const std::filesystem::path& path) {
   try {
-    image = load_grey(path);
+    return load_grey(path);
   } catch (const ImageError& error) {
     throw ToolError("{}; give a picture, white where the rover is", error.what());
   }
-  if (image.width > cfg::kImageWidth || image.height > cfg::kImageHeight)
-    throw ToolError(
-        "{}: {} x {} pixels are more than the {} x {} of mission '{}'; build with another MISSION",
-        path.string(), image.width, image.height, cfg::kImageWidth, cfg::kImageHeight, cfg::kMission.name);
+}
+
+HardwareMask mask_of(const std::filesystem::path& path, const Image& image) {
+  constexpr std::uint8_t kHalf = 128;
   HardwareMask mask;
   mask.width_px = image.width;
   mask.height_px = image.height;
@@ -43,6 +42,26 @@ HardwareMask read_hardware_mask(const std::filesystem::path& path) {
     throw ToolError("{}: is white throughout, so that no ground is left; draw the rover alone in white",
                     path.string());
   return mask;
+}
+
+}  // namespace
+
+HardwareMask read_hardware_mask(const std::filesystem::path& path) {
+  const Image image = load_drawing(path);
+  if (image.width > cfg::kImageWidth || image.height > cfg::kImageHeight)
+    throw ToolError(
+        "{}: {} x {} pixels are more than the {} x {} of mission '{}'; build with another MISSION",
+        path.string(), image.width, image.height, cfg::kImageWidth, cfg::kImageHeight, cfg::kMission.name);
+  return mask_of(path, image);
+}
+
+HardwareMask read_hardware_mask(const std::filesystem::path& path, const CameraModel& raw_left,
+                                const RemapTable& rectified) {
+  const Image image = load_drawing(path);
+  if (image.width != raw_left.width_px || image.height != raw_left.height_px)
+    throw ToolError("{}: has {} x {} pixels, the raw left images {} x {}; draw it on one of these",
+                    path.string(), image.width, image.height, raw_left.width_px, raw_left.height_px);
+  return mask_of(path, remapped(rectified, image));
 }
 
 std::vector<PixelBox> boxes_of(const OwnHardware& own) {

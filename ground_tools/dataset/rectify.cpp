@@ -151,6 +151,21 @@ std::string rectify(const CameraPair& raw, Rectification& out) {
   return {};
 }
 
+Image remapped(const RemapTable& table, const Image& image) {
+  Image out;
+  out.width = table.width_px;
+  out.height = table.height_px;
+  out.pixels.resize(static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
+  RemapJob job;
+  const RemapStatus started =
+      job.start(table, image.view(), packed_view(out.pixels.data(), out.width, out.height));
+  CAIRN_ASSERT(started == RemapStatus::kRunning);
+  WorkBudget all = WorkBudget::unlimited();
+  const Progress progress = job.step(all);
+  CAIRN_ASSERT(progress == Progress::kDone);
+  return out;
+}
+
 std::string rectification_header(const CameraPair& raw, const Rectification& made,
                                  const std::string& source) {
   const StereoRig rig = rectified_rig(made.pair);

@@ -12,6 +12,7 @@
 #include <string>
 
 #include "dataset/camera_model.hpp"
+#include "dataset/image.hpp"
 #include "image/remap.hpp"
 
 namespace cairn::ground {
@@ -31,6 +32,9 @@ inline constexpr double kMostBeyond = 0.02;
 /// mission's where that is smaller (the middle is kept). None: images of two sizes, cameras that look more
 /// than a right angle apart, no common field at four times the focal length.
 std::string rectify(const CameraPair& raw, Rectification& out);
+
+/// An image of the raw size as the table lays it, by the flight code's own warp.
+Image remapped(const RemapTable& table, const Image& image);
 
 /// A header for the integrator: both tables, their CRCs and the raw size, and in its comment what is to be
 /// said in mission_values.hpp. `source`: what the calibration was read from.

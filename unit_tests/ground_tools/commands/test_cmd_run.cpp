@@ -299,6 +299,15 @@ void test_masks(void**) {
   check_refused(drive + mask(256, 192, 192), "black", "leave");
   check_refused(drive + mask(256, 192, 0), "white", "alone");
   check_refused(drive + " --mask nowhere.png", "nowhere.png", "white");
+  // Of a raw rig, on its raw images, whatever their size is.
+  const std::string raw =
+      " --calibration " +
+      scratch.file("raw.txt", "200 0 127.5 0 0 200 95.5 0 0 0 1 0\n200 0 131.5 -24 0 200 95.5 0 0 0 1 0\n")
+          .string();
+  assert_int_equal(cairn("run" + drive + raw + mask(256, 192, 160)), 0);
+  fs::remove_all(scratch.path("out"));
+  assert_int_equal(cairn("run" + drive + raw + mask(256, 96, 32)), 1);
+  assert_true(errors.find("the raw left images 256 x 192") != std::string::npos);
 }
 
 /// A map with a bad tile flies without that tile; who looks at such a flight on the ground says so.

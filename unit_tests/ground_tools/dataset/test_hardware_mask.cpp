@@ -56,6 +56,33 @@ void test_cells_are_those_of_the_drawing(void**) {
   assert_near(mask.covered, covered / (50.0 * 44.0), 1e-12);
 }
 
+/// On a raw image: where the table says that a rectified pixel comes from, 24 px farther right and 16 lower.
+void test_a_drawing_on_a_raw_image(void**) {
+  constexpr int kWidth = 200, kHeight = 160;
+  static RemapTable table;
+  table.width_px = kWidth;
+  table.height_px = kHeight;
+  const int columns = remap::nodes_along(kWidth, remap::kSpacing);
+  for (int r = 0; r < remap::nodes_along(kHeight, remap::kSpacing); ++r) {
+    for (int c = 0; c < columns; ++c)
+      table.nodes[static_cast<std::size_t>(r * columns + c)] = {
+          (c * remap::kSpacing + 24) << remap::kFractionBits, (r * remap::kSpacing + 16)
+                                                                  << remap::kFractionBits};
+  }
+  CameraModel raw;
+  raw.width_px = 240;
+  raw.height_px = 192;
+  const auto deck = [](int u, int v) { return u >= 104 && v >= 96 ? 255 : 0; };
+  const HardwareMask mask = read_hardware_mask(draw(240, 192, deck), raw, table);
+  assert_true(mask.width_px == kWidth && mask.height_px == kHeight);
+  for (int row = 0; row * kCell < kHeight; ++row) {
+    for (int column = 0; column * kCell < kWidth; ++column)
+      assert_true(mask.own.covers_cell(column, row) == (column * kCell >= 80 && row * kCell >= 80));
+  }
+  assert_refused(read_hardware_mask(draw(kWidth, kHeight, deck), raw, table),
+                 "the raw left images 240 x 192");
+}
+
 /// What the table says is what was drawn, whatever that is, and it is short where the drawing is simple.
 void test_boxes_give_the_same_cells(void**) {
   Random random(7);
@@ -103,6 +130,7 @@ void test_refusals(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_cells_are_those_of_the_drawing),
+      cmocka_unit_test(test_a_drawing_on_a_raw_image),
       cmocka_unit_test(test_boxes_give_the_same_cells),
       cmocka_unit_test(test_header),
       cmocka_unit_test(test_refusals),
