@@ -132,6 +132,14 @@ void wear_mask(const fs::path& picture, const DriveSource& source, LocalizerPara
 
 void warn(const std::string& words) { fmt::print(stderr, "cairn: warning: {}\n", words); }
 
+/// A line each, but for those that go on and on.
+void warn_of_all(const std::vector<std::string>& faults) {
+  constexpr std::size_t kMost = 6;
+  const std::size_t told = faults.size() <= kMost ? faults.size() : kMost - 1;
+  for (std::size_t i = 0; i < told; ++i) warn(faults[i]);
+  if (told < faults.size()) warn(fmt::format("and {} more of that kind", faults.size() - told));
+}
+
 /// What a data set's files and images say against it: told before the work. Swapped images are refused.
 void open_dataset(const RunOptions& options, const ReplayOptions& range, DriveSource& source) {
   auto data = std::make_unique<Dataset>(Dataset::open(options.dataset, options.calibration,
@@ -265,7 +273,9 @@ void run(RunOptions options) {
     ProgressLine progress(fmt::format("run {}", fs::path(title.dataset).filename().string()));
     replay = run_replay(drive, replay_options, [&](double share) { progress.show(share); });
   }
-  for (const std::string& warning : replay.warnings) warn(warning);
+  warn_of_all(replay.warnings);
+  for (const std::string& doubt : attitude_doubts(replay.health))
+    warn((options.attitude.empty() ? "[attitude]" : options.attitude.string()) + ": " + doubt);
   const RunErrors errors = errors_of(replay);
   results.write(title, replay, errors, pictures);
   print_table(replay, errors);

@@ -43,6 +43,9 @@ AttitudeTable read_attitudes(const std::filesystem::path& path) {
   const std::array<std::size_t, 4> up = {table.column("up_x"), table.column("up_y"), table.column("up_z"),
                                          table.column("up_sigma_deg")};
   const std::array<std::size_t, 2> yaw = {table.column("yaw_deg"), table.column("yaw_sigma_deg")};
+  if (table.size() == 0)
+    throw ToolError("{}: has column names and no row; write what was measured, or leave it out",
+                    path.string());
   AttitudeTable out;
   for (std::size_t row = 0; row < table.size(); ++row) {
     const std::string place = path.string() + ":" + std::to_string(table.line(row));

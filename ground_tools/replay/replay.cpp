@@ -167,11 +167,13 @@ Replay replay_from(const Pose3& T_map_rover, const Drive& drive, const ReplayOpt
   app::Command attitude;
   attitude.type = app::CommandType::kAttitude;
   PairImages shown;  // last
+  std::size_t sent = 0;
   for (std::size_t i = options.first_frame; i < end; ++i) {
     const FrameTag frame = drive.tag(i);
     const auto measured = options.attitudes.find(static_cast<std::uint32_t>(frame.number));
     if (measured != options.attitudes.end()) {
       ++attitude.sequence;
+      ++sent;
       attitude.pair = measured->first;
       attitude.attitude = measured->second;
       command(attitude);
@@ -209,6 +211,8 @@ Replay replay_from(const Pose3& T_map_rover, const Drive& drive, const ReplayOpt
       progress(static_cast<double>(i + 1 - options.first_frame) /
                static_cast<double>(end - options.first_frame));
   }
+  if (sent == 0 && !options.attitudes.empty())
+    replay.warnings.emplace_back("--attitude: none of its rows is of a frame that is driven (--frames)");
   replay.health = app::root.localizer().health();
   replay.offset = app::root.localizer().vo().offset();
   for (int k = 0; k < 4; ++k)

@@ -157,6 +157,29 @@ std::string rig_words(const Replay& replay) {
   return words;
 }
 
+std::vector<std::string> attitude_doubts(const LocalizerHealth& health) {
+  std::vector<std::string> doubts;
+  const auto add = [&doubts](const auto& counts, const char* what, const char* mend) {
+    std::uint32_t came = 0;
+    std::string others;
+    for (std::size_t i = 1; i < counts.size(); ++i) {  // 0: none came
+      came += counts[i];
+      if (counts[i] > 0 && i != static_cast<std::size_t>(AttitudeStatus::kFused))
+        others += fmt::format("{}{} {}", others.empty() ? "" : ", ", counts[i],
+                              attitude_status_name(static_cast<std::uint8_t>(i)));
+    }
+    const std::uint32_t taken = counts[static_cast<std::size_t>(AttitudeStatus::kFused)];
+    if (2 * taken < came)
+      doubts.push_back(fmt::format("of {} measured {} {} taken ({}); {}", came, what,
+                                   taken == 0 ? "none was" : fmt::format("{} were", taken), others, mend));
+  };
+  add(health.gravity, "gravities",
+      "is `up` away from gravity, in the rover frame (forward, left, up), of a rover that stood, and its sigma true?");
+  add(health.headings, "headings",
+      "is yaw in degrees, counter-clockwise from east (90 minus a compass heading), and its sigma true?");
+  return doubts;
+}
+
 std::string heights_words(const LocalizerHealth& health) {
   if (std::accumulate(health.heights.begin(), health.heights.end(), 0U) == 0) return {};
   const auto count = [&health](AttitudeStatus status) {

@@ -69,6 +69,10 @@ std::string rig_words(const Replay& replay);
 /// One line on the ground held against the map's heights; empty where none was.
 std::string heights_words(const LocalizerHealth& health);
 
+/// Where fewer than half of the measured gravities or headings were taken, a line each, with what is most
+/// often wrong in them.
+std::vector<std::string> attitude_doubts(const LocalizerHealth& health);
+
 /// Where VO measured that the rover stands and no truth says the same, a line that tells of both readings:
 /// all poses within 1 mm a frame of the first one (2 to 20 mm in all) and 0.5 degrees. Else empty.
 std::string standing_words(const Replay& replay);

@@ -281,7 +281,18 @@ void test_attitudes(void**) {
   check_refused(drive + table("x,0,0,1,20,,\n"), "attitude.csv:2", "stereo pair");
   check_refused(drive + table("1,0,0,one,20,,\n"), "attitude.csv", "one");
   check_refused(drive + table("9999,0,0,1,20,,\n"), "9999", "is not in");
+  check_refused(drive + table(""), "attitude.csv: has column names and no row", "leave it out");
   assert_int_equal(cairn("run" + drive + table("1,0,0,1,20,,\n")), 0);
+  assert_true(errors.empty());
+  // Pointing down, and a heading of the other side: nothing is taken, and that is said.
+  assert_int_equal(cairn("run" + drive + table("1,0,0,-1,0.2,-90,0.2\n")), 0);
+  for (const char* words :
+       {"attitude.csv: of 1 measured gravities none was taken (1 inconsistent); is `up` away",
+        "attitude.csv: of 1 measured headings none was taken (1 inconsistent); is yaw in degrees"}) {
+    if (errors.find(words) == std::string::npos) fail_msg("no '%s' in '%s'", words, errors.c_str());
+  }
+  assert_int_equal(cairn("run" + drive + " --frames 0:1" + table("1,0,0,1,20,,\n")), 0);
+  assert_true(errors.find("none of its rows is of a frame that is driven") != std::string::npos);
   fs::remove_all(scratch.path("out"));
 }
 
