@@ -207,6 +207,10 @@ shadow-weights: ## fit the shadow method's weights to rendered fields; fails whe
 	$(call ready,build,$(B)/shadow_weights)
 	@$(B)/shadow_weights build/shadow-fields ground_tools/detect/shadow_weights.cpp
 
+sun-weights: ## fit what tells the sun by an image to rendered fields; fails where the source has others (15 min, 2 GB)
+	$(call ready,build,$(B)/sun_weights)
+	@$(B)/sun_weights build/shadow-fields ground_tools/detect/sun_weights.cpp
+
 bench-detect: ## the shadow method on rendered craters and boulders: recall, precision, reliability (10 min, 2 GB)
 	$(call ready,build,$(B)/bench_detect)
 	@$(B)/bench_detect build/shadow-fields
@@ -502,7 +506,7 @@ PROFILER_MODEL := $(filter-out %/plugin.cpp,$(wildcard ground_tools/profile/plug
 $(B)/tests/ground_tools/profile/test_profile_model: $(call obj,$(PROFILER_MODEL))
 $(B)/tests/ground_tools/profile/test_profile_plugin: $(PROFILER)
 $(WITH_PROGRAM): $(CAIRN)
-$(B)/shadow_weights $(B)/bench_detect: $(B)/%: \
+$(B)/shadow_weights $(B)/sun_weights $(B)/bench_detect: $(B)/%: \
   $(B)/unit_tests/ground_tools/detect/%.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/fault_table: $(B)/unit_tests/integration/fault_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)

@@ -257,22 +257,19 @@ bool sun_is_asked(const BuildOptions& options) {
 }
 
 /// In the map's axes; where the elevation is not told, that of the label.
-Sun asked_sun(const BuildOptions& options, const RasterSource& source, const std::optional<Sun>& label) {
+SunGuess asked_sun(const BuildOptions& options, const RasterSource& source, const std::optional<Sun>& label) {
   double elevation_rad = label ? label->elevation_rad : 0.0;
   if (options.sun != "auto")
     elevation_rad = parse_sun(options.sun.substr(0, options.sun.size() - 4) + "0").elevation_rad;
-  const SunGuess guess = guess_sun(*source.reader(), source.facts(), elevation_rad);
+  return guess_sun(*source.reader(), source.facts(), elevation_rad);
+}
+
+void tell_guess(const SunGuess& guess) {
   fmt::print(
-      "sun by the image itself: azimuth {:.0f} of the map's axes, {} bodies and hollows ({} bodies); the other way "
-      "round {} ({}){}\n",
-      guess.sun.azimuth_rad * kDegPerRad, guess.finds, guess.boulders, guess.opposite,
-      guess.opposite_boulders, guess.is_sure() ? "" : ": not sure");
-  if (!guess.is_sure())
-    fmt::print(
-        stderr,
-        "cairn: warning: {}: the image does not clearly tell where its sun stood; look at its shadows, and give --sun\n",
-        options.ortho.string());
-  return guess.sun;
+      "sun by the image itself: azimuth {:.0f} of the map's axes; log odds for it {:+.2f}, for the best of other "
+      "directions {:+.2f}, for the opposite one {:+.2f}, mean of {} dark spots{}\n",
+      guess.sun.azimuth_rad * kDegPerRad, guess.best.mean(), guess.rival.mean(), guess.opposite.mean(),
+      guess.best.fits, guess.is_sure() ? "" : ": not sure");
 }
 
 /// The sun as told, its azimuth clockwise from north; nothing where it is not known.
@@ -292,8 +289,13 @@ bool on_ground(const BuildOptions& options, const SiteFrame& frame) {
 }
 
 /// The image and how boulders are found in it.
-TileInput open_input(const BuildOptions& options) {
-  TileInput input;
+struct BuildInput : TileInput {
+  std::optional<SunGuess> guess;        ///< where the image itself was asked for its sun
+  std::vector<std::string> sun_doubts;  ///< what speaks against that sun, or the one told
+};
+
+BuildInput open_input(const BuildOptions& options) {
+  BuildInput input;
   input.source = open_orthoimage(options.ortho, options.band, no_data_of(options));
   Detection& detection = input.detection;
   detection.otsu = options.detector;
@@ -307,7 +309,10 @@ TileInput open_input(const BuildOptions& options) {
     frame = site_frame(input.source->facts().reference_system, middle_of(input.source->facts()));
   }
   if (sun && frame) sun->azimuth_rad = frame->azimuth_in_map(sun->azimuth_rad);
-  if (sun_is_asked(options)) sun = asked_sun(options, *input.source, sun);
+  if (sun_is_asked(options)) {
+    input.guess = asked_sun(options, *input.source, sun);
+    sun = input.guess->sun;
+  }
   if (options.method == "shadow" && !sun) {
     throw ToolError("{}: its label does not give the position of the sun; give --sun ELEVATION,AZIMUTH",
                     options.ortho.string());
@@ -391,39 +396,39 @@ void check_coarseness(const BuildOptions& options, const TileInput& input) {
 }
 
 /// An azimuth given where the shadows point is an easy slip.
-void tell_reversed_sun(const BuildOptions& options, const TileInput& input) {
-  if (input.detection.method != cmap::Method::kShadow || sun_is_asked(options)) return;
+std::vector<std::string> reversed_sun(const BuildInput& input) {
   const SunCheck seen = check_sun(*input.source->reader(), input.source->facts(), input.detection.sun);
-  if (!seen.looks_reversed()) return;
-  if (seen.hollows_are_reversed()) {
-    fmt::print(stderr,
-               "cairn: warning: {}: craters fit better the other way round ({} hollows and boulders against "
-               "{}), and would be read as boulders: is the azimuth where shadows point? It leads towards the "
-               "sun; try one turned by 180 degrees\n",
-               options.ortho.string(), seen.opposite_finds, seen.finds);
-    return;
-  }
-  fmt::print(
-      stderr,
-      "cairn: warning: {}: bodies and shadows fit better the other way round ({} boulders against {}, {} "
-      "of {} dark spots): is the azimuth where shadows point? It leads towards the sun; try one turned by "
-      "180 degrees (or is it ground of craters alone?)\n",
-      options.ortho.string(), seen.opposite, seen.boulders, seen.away, seen.towards + seen.away);
+  if (!seen.looks_reversed()) return {};
+  return {fmt::format(
+      "bodies, hollows and their shadows fit better with the sun the other way round (log odds {:+.2f} against "
+      "{:+.2f}, mean of {} dark spots): is the azimuth where shadows point? It leads towards the sun; try one "
+      "turned by 180 degrees",
+      seen.opposite.mean(), seen.told.mean(), seen.told.fits)};
+}
+
+std::vector<std::string> sun_doubts(const BuildInput& input) {
+  if (input.detection.method != cmap::Method::kShadow) return {};
+  if (!input.guess) return reversed_sun(input);
+  if (input.guess->is_sure()) return {};
+  return {"the image does not clearly tell where its sun stood; look at its shadows, and give --sun"};
 }
 
 /// The map's last word: whether it looks like a field of boulders, and what it was made from.
-void tell_quality(const BuildOptions& options, const TileInput& input, const Prepared& made,
+void tell_quality(const BuildOptions& options, const BuildInput& input, const Prepared& made,
                   const std::string& scale, std::size_t dark_areas) {
   const MapQuality quality = quality_of(made.boulders, made.craters, made.extent);
   const bool shadow = input.detection.method == cmap::Method::kShadow;
   const std::string sun = shadow ? to_text(input.detection.sun) : "";
   fmt::print("quality: {}; sun {}; scale {}\n", to_text(quality),
-             shadow ? fmt::format("{} from {}", sun, sun_from(options)) : "not used",
+             shadow ? fmt::format("{} from {}{}", sun, sun_from(options),
+                                  input.sun_doubts.empty() ? "" : ", in doubt")
+                    : "not used",
              scale.empty() ? "true" : scale);
   for (const std::string& doubt : quality.doubts())
     fmt::print(stderr, "cairn: warning: {}: {}\n", options.output.string(), doubt);
   if (options.quality.empty()) return;
   nlohmann::ordered_json json = to_json(quality);
+  for (const std::string& doubt : input.sun_doubts) json["doubts"].push_back(doubt);
   json["sun"] = shadow ? nlohmann::ordered_json(sun) : nlohmann::ordered_json(nullptr);
   json["sun_from"] = shadow ? nlohmann::ordered_json(sun_from(options)) : nlohmann::ordered_json(nullptr);
   json["scale"] = scale;
@@ -449,11 +454,12 @@ void check_heights(const BuildOptions& options, const RasterFacts& facts) {
 
 void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   OutputFile map(options.output);  // first, so that a folder that cannot be written is told before the work
-  const TileInput input = open_input(options);
+  BuildInput input = open_input(options);
   const RasterFacts& facts = input.source->facts();
   check_heights(options, facts);
   for (const std::string& remark : facts.remarks)
     fmt::print(stderr, "cairn: warning: {}: {}\n", options.ortho.string(), remark);
+  if (input.guess) tell_guess(*input.guess);
   tell_method(options, input);
   const auto* const true_scale = dynamic_cast<const TrueScaleSource*>(input.source.get());
   const auto [own_system, own_words] = own_scale(options);
@@ -465,7 +471,9 @@ void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   settings.stop = [&] { return signal.asked(); };
   settings.say = [&](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   check_coarseness(options, input);
-  tell_reversed_sun(options, input);
+  input.sun_doubts = sun_doubts(input);  // told before the work, which may take long
+  for (const std::string& doubt : input.sun_doubts)
+    fmt::print(stderr, "cairn: warning: {}: {}\n", options.ortho.string(), doubt);
   MapBuild build(*input.source, input.detection, settings, ranks);
   Prepared made;
   made.boulders = build.run();

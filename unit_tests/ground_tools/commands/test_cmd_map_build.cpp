@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "base/boulder_table.hpp"
+#include "base/json_file.hpp"
 #include "base/number_table.hpp"
 #include "core/random.hpp"
 #include "core/trig.hpp"
@@ -33,6 +34,12 @@ std::string file(const std::string& name) { return scratch.path(name).string(); 
 int build(const std::string& arguments, const std::string& before = "") {
   ended = test::run_cairn(scratch, "map build " + arguments, before);
   return ended.code;
+}
+
+/// What it wrote on stdout.
+std::string said() {
+  const std::vector<std::uint8_t> bytes = read_file(scratch.path("stdout"));
+  return {bytes.begin(), bytes.end()};
 }
 
 /// Bytes of what `name` and its table hold.
@@ -138,16 +145,32 @@ void test_isis_cube(void**) {
 
 void test_sun_chooses_the_method(void**) {
   assert_int_equal(build(file("site.tif") + into("shadow") + " --sun 40,270"), 0);
-  static std::string said;
-  const std::vector<std::uint8_t> bytes = read_file(scratch.path("stdout"));
-  said.assign(bytes.begin(), bytes.end());
-  assert_true(said.find("method shadow") != std::string::npos);
+  assert_true(said().find("method shadow") != std::string::npos);
   assert_true(products("shadow") != products("whole"));
   assert_int_equal(build(file("site.tif") + into("again") + " --sun 40,270 --method otsu"), 0);
   assert_true(products("again") == products("whole"));
   test::check_refusal(scratch, "map build " + file("site.tif") + into("no") + " --method shadow", "site.tif",
                       "--sun");
   test::check_refusal(scratch, "map build " + file("site.tif") + into("no") + " --sun 95,0", "--sun", "");
+}
+
+/// Where the image does not agree with its sun, or does not tell it, the map is made, and is in doubt in all
+/// that is said of it; where it does, nothing is.
+void test_a_sun_in_doubt(void**) {
+  const std::string image = CAIRN_SOURCE_DIR "/unit_tests/integration/sample/ortho_5mm.tif";
+  const std::string blank = file("site.tif");  // dark discs without a body: there is no direction in them
+  const std::string json = " --quality " + file("doubt.json");
+  const auto doubts = [&](const std::string& of, const std::string& sun) {
+    assert_int_equal(build("'" + of + "' --sun " + sun + into("doubt") + json), 0);
+    return read_json(file("doubt.json"), "a fault of ours").at("doubts").dump();
+  };
+  assert_true(doubts(image, "45,135").find("the other way round") == std::string::npos);
+  assert_true(said().find("in doubt") == std::string::npos);
+  assert_true(doubts(image, "45,315").find("the other way round") != std::string::npos);
+  assert_true(said().find("from --sun, in doubt") != std::string::npos);
+  assert_true(ended.errors.find("the other way round") != std::string::npos);
+  assert_true(doubts(blank, "auto").find("does not clearly tell") != std::string::npos);
+  assert_true(said().find("from the image itself, in doubt") != std::string::npos);
 }
 
 /// Killed at many moments, each time started again; then ended by a signal that it hears.
@@ -290,7 +313,11 @@ void test_ranks(void**) {
   }
   assert_int_equal(build(file("site.tif") + into("shadow3") + " --tile 500 --sun 40,270", run + "3 "), 0);
   assert_true(products("shadow3") == products("shadow"));
-  // An error ends all of them, and is told once.
+  // What the image tells of its sun, and an error, which ends all of them, are told once.
+  const std::string sample = CAIRN_SOURCE_DIR "/unit_tests/integration/sample/ortho_5mm.tif";
+  assert_int_equal(build("'" + sample + "' --sun auto" + into("auto3"), run + "3 "), 0);
+  const std::size_t told = said().find("sun by the image");
+  assert_true(told != std::string::npos && said().find("sun by the image", told + 1) == std::string::npos);
   assert_true(build(file("cut.tif") + " -o " + file("bad/site.cmap"), run + "3 ") != 0);
   const std::size_t first = ended.errors.find("cairn: ");
   assert_true(first != std::string::npos && ended.errors.find("cairn: ", first + 1) == std::string::npos);
@@ -344,6 +371,7 @@ int main() {
       cmocka_unit_test(test_the_same_from_other_formats),
       cmocka_unit_test(test_isis_cube),
       cmocka_unit_test(test_sun_chooses_the_method),
+      cmocka_unit_test(test_a_sun_in_doubt),
       cmocka_unit_test(test_metres_of_the_ground),
       cmocka_unit_test(test_killed_and_started_again),
       cmocka_unit_test(test_full_disk),

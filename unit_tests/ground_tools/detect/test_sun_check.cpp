@@ -6,8 +6,11 @@
 
 #include "core/random.hpp"
 #include "core/trig.hpp"
+#include "ground_tools/detect/shadow_fields.hpp"
 #include "ground_tools/raster_in_memory.hpp"
+#include "ground_tools/scratch.hpp"
 #include "support/cmocka.hpp"
+#include "support/data.hpp"
 #include "support/sanitized.hpp"
 
 using namespace cairn;
@@ -16,6 +19,7 @@ using test::Raster;
 
 namespace {
 
+const test::Scratch scratch;
 Raster raster;
 
 constexpr int kSide = 400;
@@ -35,8 +39,10 @@ void draw(int count, double azimuth_deg, std::uint8_t lit = 170, std::uint8_t di
     const double u = 20.0 + random.below(kSide - 40);
     const double v = 20.0 + random.below(kSide - 40);
     const double radius = 3.0 + 0.01 * random.below(300);
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+    const auto from = [&](double at) { return std::max(0, static_cast<int>(at - 3.0 * radius)); };
+    const auto to = [&](double at) { return std::min(kSide, static_cast<int>(at + 3.0 * radius) + 1); };
+    for (int y = from(v); y < to(v); ++y) {
+      for (int x = from(u); x < to(u); ++x) {
         const Vec2 off(x - u, y - v);
         const double along = off.dot(towards);
         const double across = off.x() * towards.y() - off.y() * towards.x();
@@ -79,14 +85,19 @@ void test_a_narrow_strip(void**) {
   raster.valid.clear();
 }
 
+void add(SunEvidence& to, const SunEvidence& one) {
+  to.sum += one.sum;
+  to.fits += one.fits;
+}
+
 void test_rocks_darker_than_the_ground(void**) {
-  SunCheck all;  // one field alone is now and then too poor to tell
+  SunCheck all;  // one field alone is too poor to tell
   for (const double azimuth_deg : {0.0, 75.0, 160.0, 250.0}) {
     draw(60, azimuth_deg, 90, 70);
     assert_false(check_at(azimuth_deg).looks_reversed());
     const SunCheck reversed = check_at(azimuth_deg + 180.0);
-    all.towards += reversed.towards;
-    all.away += reversed.away;
+    add(all.told, reversed.told);
+    add(all.opposite, reversed.opposite);
     if (test::kSanitized) return;
   }
   assert_true(all.looks_reversed());
@@ -102,18 +113,50 @@ void test_no_boulders_no_opinion(void**) {
   assert_false(check_at(0.0).looks_reversed());
 }
 
-// Of ground of craters less is found under the opposite sun, which turns bowls into bodies; counts as found.
-void test_ground_of_craters(void**) {
-  const auto seen = [](int boulders, int opposite, int finds, int opposite_finds) {
-    return SunCheck{boulders, opposite, finds, opposite_finds, 21, 214};
+/// Of one image, both ways.
+void check_both_ways(const test::Raster& image, const Sun& sun, const std::string& name) {
+  raster = image;
+  const double azimuth_deg = sun.azimuth_rad * kDegPerRad;
+  const auto seen = [&](double turned_deg) {
+    return check_sun(*test::view_of(raster)->reader(), test::view_of(raster)->facts(),
+                     {sun.elevation_rad, (azimuth_deg + turned_deg) * kRadPerDeg});
   };
-  // A tile of real lunar ground, and a rendered field.
-  assert_true(seen(151, 1, 446, 739).looks_reversed());
-  assert_false(seen(1, 151, 739, 446).looks_reversed());
-  assert_true(seen(12, 0, 184, 290).looks_reversed());
-  // Few boulders on slopes and ripples, the sun told right.
-  assert_false(seen(31, 14, 87, 134).hollows_are_reversed());
-  assert_false(seen(8, 0, 202, 248).hollows_are_reversed());
+  const SunCheck right = seen(0.0);
+  const SunMargin over = margin(right.told, right.opposite);
+  print_message("%s: %+.2f each, %+.1f together\n", name.c_str(), over.each, over.together);
+  assert_false(right.looks_reversed());
+  assert_true(seen(180.0).looks_reversed());
+}
+
+// A bowl looks like a dome under the opposite sun, and there are many more bowls here, or nothing else.
+void test_ground_of_craters(void**) {
+  for (const auto& [kind, seed, rocks_k] : {std::tuple{test::FieldKind::kCratered, 9611U, 0.0},
+                                            {test::FieldKind::kCoarse, 9613U, 0.03},
+                                            {test::FieldKind::kFresh, 9614U, 0.0},
+                                            {test::FieldKind::kFresh, 9615U, 0.02}}) {
+    test::ShadowField field = test::shadow_field(kind, seed);
+    test::size_site(field.scene, 240.0 * field.pixels_m[0]);
+    field.scene.craters.k = std::max(field.scene.craters.k, 150.0);
+    field.scene.rocks.k = rocks_k;
+    const test::RenderedField rendered = test::render(field, scratch.path("fields"));
+    check_both_ways(rendered.images[0], rendered.suns[0], field.name);
+    if (test::kSanitized) return;
+  }
+}
+
+// The same, drawn by others: depths without texture, rims, and now and then a boulder.
+void test_drawn_craters(void**) {
+  for (const auto& [name, elevation_deg] : {std::pair{"site_el20", 20.0},
+                                            {"site_el30", 30.0},
+                                            {"site_el40", 40.0},
+                                            {"mixed_el20", 20.0},
+                                            {"mixed_el35", 35.0}}) {
+    const std::string path =
+        test::find_data(fmt::format("raster_cases/16_craters_no_boulders/{}.tif", name).c_str());
+    SKIP_WITHOUT(path, "raster_cases");
+    check_both_ways(test::read_orthoimage(path), {elevation_deg * kRadPerDeg, 290.0 * kRadPerDeg}, name);
+    if (test::kSanitized) return;
+  }
 }
 
 // The direction comes out of the image, and how sure it is. On bare ground it is not.
@@ -123,8 +166,7 @@ void test_sun_by_the_image(void**) {
   };
   raster = test::read_orthoimage(CAIRN_SOURCE_DIR "/unit_tests/integration/sample/ortho_5mm.tif");
   const SunGuess guess = guess_of(0.7);
-  print_message("%.1f degrees, %d finds, %d the other way\n", guess.sun.azimuth_rad * kDegPerRad, guess.finds,
-                guess.opposite);
+  print_message("%.1f degrees by %d fits\n", guess.sun.azimuth_rad * kDegPerRad, guess.best.fits);
   assert_near(wrap_angle(guess.sun.azimuth_rad - 135.0 * kRadPerDeg), 0.0, 10.0 * kRadPerDeg);
   assert_near(guess.sun.elevation_rad, 0.7, 0.0);
   // Discs with square shadows may be misread, but not surely.
@@ -132,18 +174,11 @@ void test_sun_by_the_image(void**) {
     draw(40, azimuth_deg);
     const SunGuess drawn = guess_of(0.7);
     const double off_rad = wrap_angle(drawn.sun.azimuth_rad - azimuth_deg * kRadPerDeg);
-    assert_true(std::fabs(off_rad) <= 20.0 * kRadPerDeg || !drawn.is_sure());
+    assert_true(std::fabs(off_rad) <= 25.0 * kRadPerDeg || !drawn.is_sure());
     if (test::kSanitized) break;
   }
   draw(0, 0.0);
   assert_false(guess_of(0.0).is_sure());
-  assert_true((SunGuess{{}, 60, 20, 0, 0, 20, 0}.is_sure()));
-  assert_false((SunGuess{{}, 60, 20, 0, 0, 55, 0}.is_sure()));  // a third direction gives as much
-  assert_false((SunGuess{{}, 600, 300, 0, 0, 480, 0}.is_sure()));
-  assert_false((SunGuess{{}, 60, 50, 60, 0, 50, 0}.is_sure()));
-  assert_true((SunGuess{{}, 60, 58, 50, 10, 58, 12}.is_sure()));
-  assert_false((SunGuess{{}, 60, 58, 20, 18, 58, 18}.is_sure()));
-  assert_false((SunGuess{{}, 12, 0, 12, 0, 0, 0}.is_sure()));
 }
 
 }  // namespace
@@ -155,6 +190,7 @@ int main() {
       cmocka_unit_test(test_rocks_darker_than_the_ground),
       cmocka_unit_test(test_no_boulders_no_opinion),
       cmocka_unit_test(test_ground_of_craters),
+      cmocka_unit_test(test_drawn_craters),
       cmocka_unit_test(test_sun_by_the_image),
   };
   return cmocka_run_group_tests_name("ground_tools/detect/sun_check", tests, nullptr, nullptr);
