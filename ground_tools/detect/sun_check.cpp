@@ -24,53 +24,49 @@ constexpr double kClearEach = 0.06;
 constexpr double kClearTogether = 5.0;
 constexpr double kSure = 0.8;  // confidence of a find that tells the elevation
 
-/// A window's values; those that are missing are the mean of the others.
+/// From the least value of a window to the largest, but for a two-thousandth at each end; 8 bits are grey as
+/// they are.
+GreyRange range_of(RasterReader& reader, const PixelBox& box, PixelDepth depth) {
+  GreyRange range;
+  if (depth == PixelDepth::kEight) return range;
+  std::vector<float> values(box.pixels());
+  std::vector<std::uint8_t> kinds(box.pixels());
+  std::vector<float> sorted;
+  const bool any = reader.read_values(box, values.data(), kinds.data());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!any || kinds[i] == 0) sorted.push_back(values[i]);
+  if (sorted.empty()) return range;
+  std::sort(sorted.begin(), sorted.end());
+  range.low = sorted[sorted.size() / 2000];
+  range.high = std::max(sorted[sorted.size() - 1 - sorted.size() / 2000], std::nextafter(range.low, 1e30F));
+  return range;
+}
+
+/// A window as the detector takes it: what is darker or brighter than the file can tell is black or white.
 struct Window {
   PixelBox box;
-  std::vector<float> values;
+  std::vector<std::uint8_t> grey;
   std::vector<std::uint8_t> valid;  ///< 255, or 0 where there is none
 
-  /// Share of those that are there.
-  double read(RasterReader& reader) {
-    values.resize(box.pixels());
+  /// Share of the pixels that are there.
+  double read(RasterReader& reader, PixelDepth depth) {
+    grey.resize(box.pixels());
     valid.assign(box.pixels(), 255);
     std::vector<std::uint8_t> missing(box.pixels());
-    if (!reader.read_values(box, values.data(), missing.data())) return 1.0;
-    double sum = 0.0;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < missing.size(); ++i) {
-      if (missing[i] != 0) continue;
-      sum += static_cast<double>(values[i]);
-      ++count;
-    }
-    if (count == 0) return 0.0;
-    const auto mean = static_cast<float>(sum / static_cast<double>(count));
-    for (std::size_t i = 0; i < missing.size(); ++i) {
-      if (missing[i] == 0) continue;
-      values[i] = mean;
-      valid[i] = 0;
-    }
-    return static_cast<double>(count) / static_cast<double>(missing.size());
+    if (!reader.read(box, range_of(reader, box, depth), grey.data(), missing.data(), box.width())) return 1.0;
+    for (std::size_t i = 0; i < missing.size(); ++i)
+      if (missing[i] != 0) valid[i] = 0;
+    const auto gone = std::count_if(missing.begin(), missing.end(), [](std::uint8_t m) { return m != 0; });
+    return 1.0 - static_cast<double>(gone) / static_cast<double>(missing.size());
+  }
+  GreyTile tile() const {
+    GreyTile tile;
+    tile.rect = {box.x0, box.y0, box.width(), box.height()};
+    tile.grey = packed_view<const std::uint8_t>(grey.data(), tile.rect.width, tile.rect.height);
+    tile.valid = packed_view<const std::uint8_t>(valid.data(), tile.rect.width, tile.rect.height);
+    return tile;
   }
 };
-
-/// Its grey as the detector takes it: 8 bits as they are, else from the least value to the largest but for a
-/// two-thousandth at each end.
-std::vector<std::uint8_t> grey_of(const Window& window, PixelDepth depth) {
-  float low = 0.0F;
-  float high = 255.0F;
-  if (depth != PixelDepth::kEight) {
-    std::vector<float> sorted = window.values;
-    std::sort(sorted.begin(), sorted.end());
-    low = sorted[sorted.size() / 2000];
-    high = std::max(sorted[sorted.size() - 1 - sorted.size() / 2000], std::nextafter(low, 1e30F));
-  }
-  std::vector<std::uint8_t> grey;
-  for (const float value : window.values)
-    grey.push_back(
-        static_cast<std::uint8_t>(std::clamp((value - low) / (high - low) * 255.0F, 0.0F, 255.0F)));
-  return grey;
-}
 
 /// Windows all over the image, at most `most` a side.
 std::vector<PixelBox> windows_of(const RasterFacts& facts, int most) {
@@ -98,12 +94,12 @@ std::vector<Window> windows_with_data(RasterReader& reader, const RasterFacts& f
   std::vector<Window> kept;
   for (const PixelBox& box : windows_of(facts, most)) {
     Window window{box, {}, {}};
-    if (window.read(reader) >= kHalf) kept.push_back(std::move(window));
+    if (window.read(reader, facts.depth) >= kHalf) kept.push_back(std::move(window));
   }
   if (!kept.empty()) return kept;
   std::vector<std::pair<double, PixelBox>> candidates;
   for (const PixelBox& box : windows_of(facts, kCandidates)) {
-    const double share = Window{box, {}, {}}.read(reader);
+    const double share = Window{box, {}, {}}.read(reader, facts.depth);
     if (share >= kLeastShare) candidates.emplace_back(share, box);
   }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -111,32 +107,9 @@ std::vector<Window> windows_with_data(RasterReader& reader, const RasterFacts& f
   candidates.resize(std::min(candidates.size(), static_cast<std::size_t>(most * most)));
   for (const auto& [share, box] : candidates) {
     kept.push_back({box, {}, {}});
-    kept.back().read(reader);
+    kept.back().read(reader, facts.depth);
   }
   return kept;
-}
-
-/// A window as the detector takes it.
-struct GreyWindow {
-  Window window;
-  std::vector<std::uint8_t> grey;
-
-  GreyTile tile() const {
-    GreyTile tile;
-    tile.rect = {window.box.x0, window.box.y0, window.box.width(), window.box.height()};
-    tile.grey = packed_view<const std::uint8_t>(grey.data(), tile.rect.width, tile.rect.height);
-    tile.valid = packed_view<const std::uint8_t>(window.valid.data(), tile.rect.width, tile.rect.height);
-    return tile;
-  }
-};
-
-std::vector<GreyWindow> grey_windows(RasterReader& reader, const RasterFacts& facts, int most) {
-  std::vector<GreyWindow> windows;
-  for (Window& window : windows_with_data(reader, facts, most)) {
-    std::vector<std::uint8_t> grey = grey_of(window, facts.depth);
-    windows.push_back({std::move(window), std::move(grey)});
-  }
-  return windows;
 }
 
 /// Beyond what scarps and gullies, of which neither direction is told, came to (`make sun-weights`).
@@ -169,12 +142,12 @@ std::size_t sure_finds(const GreyTile& tile, const ShadowView& view) {
   return found.boulders.size() + found.craters.size();
 }
 
-double elevation_by_finds(const std::vector<GreyWindow>& windows, const GeoTransform& geo, double azimuth_rad,
+double elevation_by_finds(const std::vector<Window>& windows, const GeoTransform& geo, double azimuth_rad,
                           double otherwise_rad) {
   std::size_t most = 0;
   for (const double degrees : {15.0, 22.0, 30.0, 40.0, 55.0}) {
     std::size_t finds = 0;
-    for (const GreyWindow& window : windows)
+    for (const Window& window : windows)
       finds += sure_finds(window.tile(), shadow_view({degrees * kRadPerDeg, azimuth_rad}, geo));
     if (finds <= most) continue;
     most = finds;
@@ -190,7 +163,7 @@ bool SunCheck::looks_reversed() const { return is_clear(margin(opposite, told));
 SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun) {
   SunCheck check;
   const Sun turned{sun.elevation_rad, sun.azimuth_rad + kPi};
-  for (const GreyWindow& window : grey_windows(reader, facts, kWindows)) {
+  for (const Window& window : windows_with_data(reader, facts, kWindows)) {
     if (check.told.fits + check.opposite.fits > kEnoughFits) break;
     add_evidence(window.tile(), shadow_view(sun, facts.geo), check.told);
     add_evidence(window.tile(), shadow_view(turned, facts.geo), check.opposite);
@@ -202,12 +175,12 @@ bool SunGuess::is_sure() const { return best.fits >= kLeastFits && is_clear(marg
 
 SunGuess guess_sun(RasterReader& reader, const RasterFacts& facts, double elevation_rad) {
   constexpr double kUsual = 30.0 * kRadPerDeg;
-  const std::vector<GreyWindow> windows = grey_windows(reader, facts, kGuessWindows);
+  const std::vector<Window> windows = windows_with_data(reader, facts, kGuessWindows);
   SunGuess guess;
   guess.sun.elevation_rad = elevation_rad > 0.0 ? elevation_rad : kUsual;
   Directions all;
   for (int i = 0; i < kAzimuths; ++i) {
-    for (const GreyWindow& window : windows)
+    for (const Window& window : windows)
       add_evidence(window.tile(), shadow_view({guess.sun.elevation_rad, i * kStep}, facts.geo), at(all, i));
   }
   int best = 0;

@@ -159,6 +159,18 @@ void test_drawn_craters(void**) {
   }
 }
 
+// A cube whose shadows are darker and whose lit sides are brighter than it can tell: they are no gaps.
+void test_black_and_white_beyond_the_file(void**) {
+  const std::string path = test::find_data("raster_cases/03_isis_saturated/site16.cub");
+  SKIP_WITHOUT(path, "raster_cases");
+  const auto source = open_orthoimage(path);
+  const auto seen = [&](double azimuth_deg) {
+    return check_sun(*source->reader(), source->facts(), {35.0 * kRadPerDeg, azimuth_deg * kRadPerDeg});
+  };
+  assert_false(seen(135.0).looks_reversed());
+  assert_true(seen(315.0).looks_reversed());
+}
+
 // The direction comes out of the image, and how sure it is. On bare ground it is not.
 void test_sun_by_the_image(void**) {
   const auto guess_of = [](double elevation_rad) {
@@ -191,6 +203,7 @@ int main() {
       cmocka_unit_test(test_no_boulders_no_opinion),
       cmocka_unit_test(test_ground_of_craters),
       cmocka_unit_test(test_drawn_craters),
+      cmocka_unit_test(test_black_and_white_beyond_the_file),
       cmocka_unit_test(test_sun_by_the_image),
   };
   return cmocka_run_group_tests_name("ground_tools/detect/sun_check", tests, nullptr, nullptr);
