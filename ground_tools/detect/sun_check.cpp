@@ -24,8 +24,7 @@ constexpr double kClearEach = 0.06;
 constexpr double kClearTogether = 5.0;
 constexpr double kSure = 0.8;  // confidence of a find that tells the elevation
 
-/// From the least value of a window to the largest, but for a two-thousandth at each end; 8 bits are grey as
-/// they are.
+/// From the least value to the largest, but for a two-thousandth at each end; 8 bits are grey already.
 GreyRange range_of(RasterReader& reader, const PixelBox& box, PixelDepth depth) {
   GreyRange range;
   if (depth == PixelDepth::kEight) return range;
