@@ -196,13 +196,17 @@ std::string likely_cause(const MotionCounts& motion, const PairFault& fault) {
 }
 
 /// How many steps were not measured and why, and where nothing moved: then the command fails.
-void tell_motion(const std::string& drive, const Replay& replay, const PairFault& fault) {
+void tell_motion(const std::string& drive, std::size_t size, const Replay& replay, const PairFault& fault) {
   const MotionCounts motion = motion_counts(replay);
   if (motion.measured == 0 && motion.unmeasured() + motion.doubted > 0)
     throw ToolError("{}: no step of the drive was measured{} ({}): {}", drive,
                     motion.doubted > 0 ? " beyond doubt" : "", motion.words(), likely_cause(motion, fault));
   if (motion.unmeasured() + motion.doubted > 0)
     warn(fmt::format("{}: {}", motion.words(), likely_cause(motion, fault)));
+  if (size == 1) {
+    warn(drive + ": one pair alone tells of no motion; give two or more");
+    throw Answer{kStood};
+  }
   const std::string standing = standing_words(replay);
   if (standing.empty()) return;
   warn(drive + ": " + standing);
@@ -283,7 +287,7 @@ void run(RunOptions options) {
   const MotionCounts motion = motion_counts(replay);
   const std::string doubt = motion.measured > 0 ? truth_words(errors) : std::string();
   if (!doubt.empty()) warn(doubt);
-  tell_motion(title.dataset, replay, source.fault);
+  tell_motion(title.dataset, drive.size(), replay, source.fault);
 }
 
 }  // namespace

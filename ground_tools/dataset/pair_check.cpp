@@ -280,6 +280,10 @@ PairFault frozen(const Drive& drive, const std::vector<std::size_t>& frames, std
 
 PairFault none_matches(std::size_t whole, std::size_t dark, double grey) {
   using Kind = PairFault::Kind;
+  constexpr double kBright = 243.0;
+  if (grey > kBright)
+    return {Kind::kBright,
+            fmt::format("images are overexposed (mean grey level {:.0f} of 255); expose shorter", grey)};
   if (2 * dark > whole)
     return {Kind::kDark,
             fmt::format("images are dark (mean grey level {:.0f} of 255); expose longer, or scale the "
@@ -408,7 +412,7 @@ PairFault check_pairs(const Drive& drive, std::size_t first, std::size_t end) {
       const PairImages pair = drive.images(i);
       if (pair.left.pixels.empty() || pair.right.pixels.empty()) continue;
       ++whole;
-      same += pair.left.pixels == pair.right.pixels ? 1U : 0U;
+      same += has_texture(pair.left) && pair.left.pixels == pair.right.pixels ? 1U : 0U;
       const double level = std::min(mean_grey(pair.left), mean_grey(pair.right));
       grey = std::max(grey, level);
       constexpr double kDark = 12.0;

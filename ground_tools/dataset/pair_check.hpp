@@ -39,17 +39,18 @@ struct RowFit {
 std::optional<RowFit> fit_rows(const std::vector<PatchMatch>& matches, int width, int height);
 
 /// What is wrong with the pairs of a drive, with the mend; empty where nothing shows. Looks at three frames
-/// of the range: the same picture twice, a side that shows the next frame's picture, dark, nothing matches,
-/// swapped, one image lower, the right image of one of the three frames before or after, turned or bent
-/// images. Most frames have to agree, with 12 matches or more each. Where nothing matches it is looked for in
-/// images of half and of a quarter of the size, which average noise out: what matches there alone is noisy,
-/// and is judged by what is seen there.
+/// of the range: the same picture twice, a side that shows the next frame's picture, dark, overexposed,
+/// nothing matches, swapped, one image lower, the right image of one of the three frames before or after,
+/// turned or bent images. Most frames have to agree, with 12 matches or more each. Where nothing matches it
+/// is looked for in images of half and of a quarter of the size, which average noise out: what matches there
+/// alone is noisy, and is judged by what is seen there.
 struct PairFault {
   enum class Kind {
     kNone,
     kSame,
     kFrozen,
     kDark,
+    kBright,
     kNothingMatches,
     kNoisy,
     kSwapped,

@@ -180,6 +180,10 @@ void test_a_rover_that_stands_is_told_from_frozen_images(void**) {
   assert_int_equal(cairn("run" + set("standing") + out() + kStart + " --no-map"), 0);
   assert_true(errors.empty());
   fs::remove_all(scratch.path("out"));
+  make_drive("single", 0, false, 1);
+  assert_int_equal(cairn("run" + set("single") + out() + kStart + " --no-map"), 3);
+  assert_true(errors.find("one pair alone") != std::string::npos);
+  fs::remove_all(scratch.path("out"));
   for (const char* side : {"left", "right"}) {
     for (int i = 0; i < 4; ++i)
       fs::copy_file(scratch.path("set") / side / "0.png",

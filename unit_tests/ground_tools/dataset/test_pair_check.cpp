@@ -228,7 +228,13 @@ void test_frozen(void**) {
          "right images repeat from frame to frame, to the bit, and left ones change");
   expect(with([](PairImages& pair) { pair = good().pairs[0]; }), PairFault::Kind::kFrozen,
          "left and right images repeat");
-  expect(with([](PairImages& pair) { pair.left = pair.right = blank(); }), PairFault::Kind::kSame, "");
+  expect(with([](PairImages& pair) { pair.left = pair.right = blank(); }), PairFault::Kind::kDark,
+         "are dark");
+  expect(with([](PairImages& pair) {
+           pair.left = pair.right = blank();
+           for (Image* image : {&pair.left, &pair.right}) image->pixels.assign(image->pixels.size(), 255);
+         }),
+         PairFault::Kind::kBright, "expose shorter");
 }
 
 void test_turned_and_bent(void**) {
