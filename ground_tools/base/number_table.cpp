@@ -138,7 +138,7 @@ bool is_fraction(std::string_view text, char mark) {
 NumberRow parse_row(const std::filesystem::path& path, const Line& line) {
   NumberRow row;
   row.line = line.number;
-  std::vector<std::string_view> words = words_of(line.text);
+  std::vector<std::string_view> words = words_of(line.text.substr(0, line.text.find('#')));
   if (words[0].back() == ':') {
     row.tag = words[0].substr(0, words[0].size() - 1);
     words.erase(words.begin());
@@ -181,8 +181,14 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   }
 }
 
+void refuse_wide_text(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes) {
+  if (bytes.size() > 1 && ((bytes[0] == 0xFF && bytes[1] == 0xFE) || (bytes[0] == 0xFE && bytes[1] == 0xFF)))
+    throw ToolError("{}: is text of 16 bits a character; save it in UTF-8", path.string());
+}
+
 std::vector<NumberRow> read_number_rows(const std::filesystem::path& path) {
   const std::vector<std::uint8_t> bytes = read_file(path);
+  refuse_wide_text(path, bytes);
   std::vector<NumberRow> rows;
   for (const Line& line : lines_of(bytes, LineEnds::kAll)) rows.push_back(parse_row(path, line));
   return rows;
@@ -202,8 +208,7 @@ std::vector<NumberRow> read_number_rows(const std::filesystem::path& path, std::
 
 CsvTable::CsvTable(std::filesystem::path path, std::string mend)
     : path_(std::move(path)), mend_(std::move(mend)), text_(read_file(path_)) {
-  if (text_.size() > 1 && ((text_[0] == 0xFF && text_[1] == 0xFE) || (text_[0] == 0xFE && text_[1] == 0xFF)))
-    throw ToolError("{}: is text of 16 bits a character; save it as CSV in UTF-8", path_.string());
+  refuse_wide_text(path_, text_);
   std::vector<Line> lines = lines_of(text_, LineEnds::kOutsideQuotes);
   const std::optional<char> told = lines.empty() ? std::nullopt : told_separator(lines[0].text);
   if (told) lines.erase(lines.begin());

@@ -40,8 +40,11 @@ struct NumberRow {
   std::vector<double> values;
 };
 
-/// Rows of finite numbers separated by blanks or commas. Empty lines and lines that start with '#' are left
-/// out. Throws ToolError (file and line) where a word is no finite number, or the file cannot be read.
+/// Throws ToolError where a file is text of 16 bits a character, as some editors save it.
+void refuse_wide_text(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes);
+
+/// Rows of finite numbers separated by blanks or commas. Empty lines are left out, and what follows a '#'.
+/// Throws ToolError (file and line) where a word is no finite number, or the file cannot be read.
 std::vector<NumberRow> read_number_rows(const std::filesystem::path& path);
 
 /// As above, each row with `columns` numbers and no tag. `form` tells the user what a row holds.

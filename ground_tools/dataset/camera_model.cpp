@@ -162,9 +162,9 @@ std::string fault_of_baseline(const CameraPair& pair) {
   if (b > kMostBaseline_m) {
     const double fx = pair.left.fx_px;
     return fmt::format(
-        "a baseline of {:g} m is not that of a rover; metres are asked for: {:g} if these are millimetres, {:g} "
-        "if it is the product with fx",
-        b, b * 1.0e-3, b / fx);
+        "a baseline of {:g} m is not that of a rover; metres are asked for: {:g} if these are millimetres, {:g} if "
+        "centimetres, {:g} if it is the product with fx",
+        b, b * 1.0e-3, b * 1.0e-2, b / fx);
   }
   if (pair.T_right_left.t.x() > 0.5 * b)
     return fmt::format(
@@ -172,7 +172,8 @@ std::string fault_of_baseline(const CameraPair& pair) {
         "or the baseline's sign (it must be above 0)?",
         pair.T_right_left.t.x());
   if (!(-pair.T_right_left.t.x() > 0.5 * b))
-    return "the cameras do not stand side by side; pairs of that kind are not known";
+    return "the cameras do not stand side by side, and no other pairs are known; is the pose of a camera the inverse of "
+           "what its format has, or its matrix column by column?";
   return {};
 }
 

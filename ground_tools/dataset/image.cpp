@@ -54,7 +54,7 @@ Opened open_image(const std::filesystem::path& path, const QuietGdal& gdal) {
   if (out.data == nullptr) refuse(path, gdal, "not a readable image (JPEG, PNG, TIFF, PGM, BMP ...)");
   if (out.data->GetRasterCount() > 0) out.type = out.data->GetRasterBand(1)->GetRasterDataType();
   if (out.type != GDT_Byte && out.type != GDT_UInt16 && out.type != GDT_Int16)
-    refuse(path, gdal, "samples are not 8-bit or 16-bit integers");
+    refuse(path, gdal, "samples are not 8-bit or 16-bit integers; convert it");
   constexpr int kMaxSide = 16384;  // a damaged header must not ask for all memory
   if (out.data->GetRasterXSize() > kMaxSide || out.data->GetRasterYSize() > kMaxSide)
     refuse(path, gdal, "more than 16384 pixels a side");

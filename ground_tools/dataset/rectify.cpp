@@ -9,6 +9,7 @@ namespace cairn::ground {
 namespace {
 
 constexpr int kSpacing = remap::kSpacing;
+constexpr int kMostRaw_px = remap::kReach_px + 1;  // that RemapJob takes
 
 /// By how many pixels the border of the target looks beyond the source; infinite where a lens sees nothing.
 double beyond_px(const CameraModel& raw, const CameraModel& rectified, const Quat& q_raw_rect) {
@@ -126,6 +127,10 @@ RectifyingTurns rectifying_turns(const CameraPair& raw) {
 std::string rectify(const CameraPair& raw, Rectification& out) {
   if (raw.left.width_px != raw.right.width_px || raw.left.height_px != raw.right.height_px)
     return "left and right images are of two sizes";
+  if (std::max(raw.left.width_px, raw.left.height_px) > kMostRaw_px)
+    return fmt::format(
+        "raw images of {} x {} are larger than {} px a side; scale them and their calibration down",
+        raw.left.width_px, raw.left.height_px, kMostRaw_px);
   if (!((raw.T_right_left.q * Vec3(0.0, 0.0, 1.0)).z() > 0.0))
     return "the cameras look more than a right angle apart";
   const RectifyingTurns turns = rectifying_turns(raw);

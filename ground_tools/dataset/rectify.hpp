@@ -29,8 +29,8 @@ struct Rectification {
 inline constexpr double kMostBeyond = 0.02;
 
 /// Why there is none, else empty and `out` is filled. Sizes must be told; the target has the source's, or the
-/// mission's where that is smaller (the middle is kept). None: images of two sizes, cameras that look more
-/// than a right angle apart, no common field at four times the focal length.
+/// mission's where that is smaller (the middle is kept). None: images of two sizes or above 2048 px a side,
+/// cameras that look more than a right angle apart, no common field at four times the focal length.
 std::string rectify(const CameraPair& raw, Rectification& out);
 
 /// An image of the raw size as the table lays it, by the flight code's own warp.

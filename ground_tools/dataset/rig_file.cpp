@@ -33,6 +33,9 @@ struct Projection {
 };
 
 Projection split_projection(const std::string& where, const Numbers& v) {
+  if (v.size() == 12 && std::all_of(v.begin(), v.end(), [](double x) { return x == 0.0; }))
+    throw ToolError(
+        "{}: the projection is zero throughout: this pair was never calibrated as one; calibrate it", where);
   const bool plain =
       v.size() == 12 && v[0] > 0.0 && v[5] > 0.0 && v[4] == 0.0 && v[8] == 0.0 && v[9] == 0.0 && v[10] == 1.0;
   if (!plain || v[1] != 0.0) {
@@ -144,6 +147,7 @@ struct TextLine {
 
 std::vector<TextLine> lines_of(const fs::path& path) {
   const std::vector<std::uint8_t> bytes = read_file(path);
+  refuse_wide_text(path, bytes);
   std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
   std::vector<TextLine> lines;
@@ -318,6 +322,7 @@ class Keys {
     const std::vector<std::uint8_t> bytes = read_file(path);
     std::string text(bytes.begin(), bytes.end());
     // OpenCV's first line, %YAML:1.0, is no YAML.
+    refuse_wide_text(path, bytes);
     if (const std::size_t at = text.find("%YAML"); at != std::string::npos && at <= 3)
       text.erase(0, text.find('\n'));
     try {
@@ -472,6 +477,8 @@ CameraPair read_kalibr(const Keys& chain) {
   }
   if (right.has({"T_imu_cam"}) && left.has({"T_imu_cam"}) && !right.has({"T_cn_cnm1"})) {
     pair.T_right_left = pose(right, "T_imu_cam").inverse() * pair.T_body_left;
+  } else if (right.has({"T_cam_imu"}) && left.has({"T_cam_imu"}) && !right.has({"T_cn_cnm1"})) {
+    pair.T_right_left = pose(right, "T_cam_imu") * pair.T_body_left;
   } else {
     pair.T_right_left = pose_of(right.where("T_cn_cnm1"), right.asked({"T_cn_cnm1"}, 12));
   }
@@ -533,13 +540,13 @@ CameraPair read_ros(const Keys& left, const Keys& right, const RigQuestion& ques
 CameraPair read_opencv(const Keys& keys, const RigQuestion& question) {
   const Numbers P1 = keys.numbers({"P1", "LEFT.P", "left_projection_matrix", "projection_matrix_left"});
   const Numbers P2 = keys.numbers({"P2", "RIGHT.P", "right_projection_matrix", "projection_matrix_right"});
-  const Numbers K1 =
-      keys.numbers({"M1", "K1", "cameraMatrix1", "camera_matrix_1", "left_camera_matrix", "LEFT.K"});
-  const Numbers K2 =
-      keys.numbers({"M2", "K2", "cameraMatrix2", "camera_matrix_2", "right_camera_matrix", "RIGHT.K"});
+  const Numbers K1 = keys.numbers(
+      {"M1", "K1", "cameraMatrix1", "camera_matrix_1", "left_camera_matrix", "K_left", "LEFT.K"});
+  const Numbers K2 = keys.numbers(
+      {"M2", "K2", "cameraMatrix2", "camera_matrix_2", "right_camera_matrix", "K_right", "RIGHT.K"});
   const Numbers R1 = keys.numbers({"R1", "LEFT.R"}), R2 = keys.numbers({"R2", "RIGHT.R"});
   const Numbers R = keys.numbers({"R", "rotation_matrix"}), T = keys.numbers({"T", "translation_vector"});
-  const bool by_pose = R.size() == 9 && T.size() == 3;
+  const bool by_pose = (R.size() == 9 || R.size() == 3) && T.size() == 3;
   const bool rectified = !P1.empty() && !P2.empty();
   const bool raw = !K1.empty() && !K2.empty() && (by_pose || (rectified && !R1.empty() && !R2.empty()));
   if (!raw && !rectified)
@@ -548,9 +555,10 @@ CameraPair read_opencv(const Keys& keys, const RigQuestion& question) {
         keys.path(), "write them into this file, or give the second file, too");
   CameraModel left, right;
   take_lens(keys, {"distortion_model"},
-            {"D1", "distCoeffs1", "dist_coeffs_1", "left_distortion_coefficients", "LEFT.D"}, left);
+            {"D1", "distCoeffs1", "dist_coeffs_1", "left_distortion_coefficients", "D_left", "LEFT.D"}, left);
   take_lens(keys, {"distortion_model"},
-            {"D2", "distCoeffs2", "dist_coeffs_2", "right_distortion_coefficients", "RIGHT.D"}, right);
+            {"D2", "distCoeffs2", "dist_coeffs_2", "right_distortion_coefficients", "D_right", "RIGHT.D"},
+            right);
   keys.refuse_unread_lens();
   const bool lens = left.lens != Lens::kNone || right.lens != Lens::kNone;
   CameraPair pair;
@@ -559,7 +567,12 @@ CameraPair read_opencv(const Keys& keys, const RigQuestion& question) {
     take_camera_matrix(keys.where("M1"), K1, left);
     take_camera_matrix(keys.where("M2"), K2, right);
     const auto turn = [&](const char* name, const Numbers& r) {
-      return Quat(rotation_of(keys.where(name), r)).normalized();
+      if (r.size() != 3) return Quat(rotation_of(keys.where(name), r)).normalized();
+      const Vec3 turn_rad(r[0], r[1], r[2]);  // Rodrigues' vector
+      if (!(turn_rad.norm() <= kPi))
+        throw ToolError("{}: a turn of {:g} radians; is it degrees? write radians", keys.where(name),
+                        turn_rad.norm());
+      return quat_exp(turn_rad);
     };
     const Quat none(1.0, 0.0, 0.0, 0.0);
     take_raw(left, by_pose ? none : turn("R1", R1), right, by_pose ? none : turn("R2", R2), pair);

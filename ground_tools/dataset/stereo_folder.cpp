@@ -322,8 +322,15 @@ Sides find_sides(const fs::path& folder, std::vector<std::string>& notes) {
   if (usual && !usual->left.empty() && !usual->right.empty()) return *usual;
   if (std::optional<Sides> found = by_folder_names(folder)) return *found;
   if (std::optional<Sides> found = by_image_names(folder, notes)) return *found;
-  if (!usual)
-    throw ToolError("{}: no folder of left images here; put pairs into left/ and right/", folder.string());
+  if (!usual) {
+    const Images here = list_images(folder, "");
+    throw ToolError("{}: no folder of left images here{}; put pairs into left/ and right/", folder.string(),
+                    here.empty()
+                        ? ""
+                        : fmt::format(", and names of images ({}) tell no side (pictures that hold both are "
+                                      "to be cut)",
+                                      here.begin()->second.filename().string()));
+  }
   if (!fs::is_directory(usual->right_folder))
     throw ToolError("{}: no such folder; put the right images of {} there", usual->right_folder.string(),
                     usual->left_folder.string());

@@ -230,7 +230,9 @@ void test_refusals(void**) {
   pair.T_right_left = turned({0.0, 0.0, 0.0});
   pair.right.width_px = 500;
   refused("two sizes");
-  pair.right.width_px = 512;
+  pair.left.width_px = pair.right.width_px = 2049;
+  refused("scale them and their calibration down");
+  pair.left.width_px = pair.right.width_px = 512;
   pair.T_right_left = turned({0.0, 1.7, 0.0});
   refused("a right angle");
   pair.T_right_left = turned({0.0, 1.5, 0.0}, {-0.1, 0.0, -0.1});

@@ -43,6 +43,7 @@ void check_rectified(const CameraPair& pair, const char* format) {
 
 void test_plain_and_kitti_rows(void**) {
   check_rectified(read("a.txt", "400 401 31.5 23.5 0.12\r\n"), "fx fy cx cy baseline");
+  check_rectified(read("a.txt", "400 401 31.5 23.5 0.12  # the mast's\n"), "fx fy cx cy baseline");
   check_rectified(read("a.txt",
                        "\xEF\xBB\xBF"
                        "400 401 31.5 23.5 0.12\n"),
@@ -166,6 +167,13 @@ void test_kalibr(void**) {
               "  T_imu_cam: [[1, 0, 0, 3], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n");
   check_rectified(read("vins.yaml", vins), "kalibr");
   assert_near(read("vins.yaml", vins).T_body_left.t.x(), 3.0, 1e-12);
+  // The same the other way round, where there is no chain.
+  std::string imus = vins;
+  for (const char* here : {"[1, 0, 0, 3.12]", "[1, 0, 0, 3]"}) {
+    imus.replace(imus.find("T_imu_cam"), 9, "T_cam_imu");
+    imus.replace(imus.find(here), 10, "[1,0,0,-");
+  }
+  check_rectified(read("imus.yaml", imus), "kalibr");
   assert_refused(read("camchain.yaml", camchain("fov", "0.9, 0, 0, 0")), "'fov' is not known");
   assert_refused(read("camchain.yaml", camchain("radtan", "0, 0, 0, 0", "omni")), "'omni' is not known");
   assert_refused(read("camchain.yaml", "cam0:\n  intrinsics: [1, 2, 3, 4]\n"), "one camera");
@@ -204,6 +212,8 @@ void test_ros(void**) {
   };
   check_rectified(read_two("b.yaml", message("0"), message("-48.0")), "ROS");
   assert_refused(read("b.yaml", message("0")), "give two files");
+  const std::string none = "height: 48\nwidth: 64\nP: [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]\n";
+  assert_refused(read_two("b.yaml", none, none), "never calibrated");
 }
 
 std::string matrix(const char* name, int rows, int cols, const char* data) {
@@ -230,6 +240,11 @@ void test_opencv(void**) {
     assert_true(raw.right.lens == Lens::kRadialTangential);
     assert_near(quat_log(raw.T_right_left.q).x(), std::asin(0.6), 1e-9);
   }
+  const auto rodrigues = [&](const char* r) {
+    return read("vector.yml", head + M + matrix("R", 3, 1, r) + matrix("T", 3, 1, "-0.12, 0., 0."));
+  };
+  assert_near(quat_log(rodrigues("0.02, 0., 0.").T_right_left.q).x(), 0.02, 1e-12);
+  assert_refused(rodrigues("5., 0., 0."), "is it degrees?");
   assert_refused(read("half.yml", head + M), "neither P1 and P2");
   // Raw cameras by the turns of rectification, p_rect = R p_raw, where that is what is told.
   const std::string turns = matrix("R1", 3, 3, "1., 0., 0., 0., 1., 0., 0., 0., 1.") +
@@ -395,6 +410,10 @@ void test_refusals(void**) {
       read("a.txt", "400 0.5 31.5 0 0 401 23.5 0 0 0 1 0\n400 0.5 31.5 -48 0 401 23.5 0 0 0 1 0\n"),
       "rectified images have no skew");
   assert_refused(read("a.txt", "400 401 31.5 23.5 120\n"), "0.12 if these are millimetres");
+  assert_refused(read("a.txt", "400 401 31.5 23.5 12\n"), "0.12 if centimetres");
+  assert_refused(read("a.txt", "P1: 400 0 31.5 0 0 401 23.5 0 0 0 1 0\n\xFF\xFE"), "?");
+  for (const char* name : {"wide.txt", "wide.yaml"})
+    assert_refused(read(name, std::string("\xFF\xFE\x34\0\x30\0", 6)), "save it in UTF-8");
   assert_refused(read("a.txt", "0.77 1.03 0.499 0.499 0.12\n"), "look normalised");
 }
 
