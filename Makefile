@@ -168,9 +168,18 @@ hirise: ## a mast rig over maps of 25 cm a pixel, VO as it is and worsened (SEED
 	@$(HIRISE_CAIRN) table $(HIRISE_ALL) -o $(HIRISE)/table.csv
 	@$(HIRISE_CAIRN) report $(HIRISE_ALL) -o $(HIRISE)/report.html
 	@for seed in $(SEEDS); do printf 'Boulders seen from the ground, terrain %s\n' $$seed; \
-	  $(HIRISE_CAIRN) map score $(HIRISE)/$$seed/as_it_is/boulders.csv --way $(HIRISE)/$$seed/as_it_is/truth.tum \
+	  run=$(HIRISE)/$$seed/as_it_is-250; \
+	  $(HIRISE_CAIRN) map score $$run/boulders.csv --way $$run/truth.tum \
 	    --truth $(HIRISE)/$$seed/data/truth_rocks.csv --within 10 --recall-diameter 0.75 --precision-diameter 0.45 \
 	    --entry-diameter 0.6 --distance 0.3; done
+
+drone: ## the paper's rig over maps of 5 cm a pixel, VO as it is and worsened (SEEDS='1 2 ...' K=0.07 MM=100): table
+	@+$(MAKE) deps-build && $(MAKE) $(jobs) TARGET=host MISSION=drone SAN= build/host-drone/cairn
+	@printf 'Rendering sites and drives: %s\n' '$(SEEDS:%=$(DRONE)/%)'
+	@+$(MAKE) $(SEEDS:%=$(DRONE)/%/data/.rendered)
+	@printf 'Preparing maps, driving over them\n'
+	$(build) $(DRONE_ALL:%=%/summary.json)
+	@$(DRONE_CAIRN) table $(DRONE_ALL) -o $(DRONE)/table-$(MM)mm.csv
 
 campaign: N ?= 30
 campaign: ## drives over N random terrains (N=30): errors, fixes, confidence intervals; goes on where it was stopped
@@ -576,31 +585,44 @@ $(PAPER)/$(1)/degraded/%/summary.json: $(PAPER)/$(1)/%.cmap
 endef
 $(foreach seed,$(SEEDS),$(eval $(call paper_rules,$(seed))))
 
-# ---- maps of coarse pixels: the mast mission, whatever MISSION is ----------------------------------------------------
-K            ?=
-HIRISE       := build/hirise$(K:%=-%)
-HIRISE_CAIRN := build/host-mast/cairn
-HIRISE_SCENE := mission_cfg/scenes/mast_hirise.toml
-HIRISE_ALL   := $(foreach seed,$(SEEDS),$(HIRISE)/$(seed)/as_it_is $(HIRISE)/$(seed)/degraded)
-HIRISE_DRIFT := scale=1.02,yaw=0.02deg/m
-HIRISE_DRIVE  = $(HIRISE_CAIRN) run --dataset $(HIRISE)/$(1)/data --map $$< --ortho $(HIRISE)/$(1)/data/ortho_250mm.tif
-
-$(HIRISE)/%/data/.rendered:
-	@mkdir -p $(@D)
-	@$(HIRISE_CAIRN) sim $(HIRISE_SCENE) --set seed=$* $(K:%=--set rocks.k=%) -o $(@D) --ortho 0.25 \
+# ---- maps of coarse pixels: missions that keep landmarks, whatever MISSION is ---------------------------------------
+K  ?=
+MM ?= 50
+HIRISE        := build/hirise$(K:%=-%)
+HIRISE_CAIRN  := build/host-mast/cairn
+HIRISE_SCENE  := mission_cfg/scenes/mast_hirise.toml
+HIRISE_PIXELS := 0.25
+HIRISE_MM     := 250
+HIRISE_DRIFT  := scale=1.02,yaw=0.02deg/m
+DRONE         := build/drone$(K:%=-%)
+DRONE_CAIRN   := build/host-drone/cairn
+DRONE_SCENE   := mission_cfg/scenes/drone.toml
+DRONE_PIXELS  := 0.05,0.1
+DRONE_MM      := $(MM)
+DRONE_DRIFT   := $(PAPER_DRIFT)
+# Drives of one of the two, over maps of its pixel.
+drives         = $(foreach seed,$(SEEDS),$($(1))/$(seed)/as_it_is-$($(1)_MM) $($(1))/$(seed)/degraded-$($(1)_MM))
+HIRISE_ALL    := $(call drives,HIRISE)
+DRONE_ALL     := $(call drives,DRONE)
+coarse_drive   = $($(2)_CAIRN) run --dataset $($(2))/$(1)/data --map $$< \
+                   --ortho $($(2))/$(1)/data/ortho_$($(2)_MM)mm.tif -o $$(@D) >$$(@D)/log
+# $(1): seed; $(2): HIRISE or DRONE.
+define coarse_rules
+$($(2))/$(1)/data/.rendered:
+	@mkdir -p $$(@D)
+	@$($(2)_CAIRN) sim $($(2)_SCENE) --set seed=$(1) $(K:%=--set rocks.k=%) -o $$(@D) --ortho $($(2)_PIXELS) \
 	  --ortho-samples 4
-	@touch $@
-define hirise_rules
-$(HIRISE)/$(1)/map.cmap: $(HIRISE)/$(1)/data/.rendered
-	@$(HIRISE_CAIRN) map build $$(<D)/ortho_250mm.tif -o $$@
-$(HIRISE)/$(1)/as_it_is/summary.json: $(HIRISE)/$(1)/map.cmap
+	@touch $$@
+$($(2))/$(1)/$($(2)_MM)mm.cmap: $($(2))/$(1)/data/.rendered
+	@$($(2)_CAIRN) map build $$(<D)/ortho_$($(2)_MM)mm.tif -o $$@
+$($(2))/$(1)/as_it_is-$($(2)_MM)/summary.json: $($(2))/$(1)/$($(2)_MM)mm.cmap
 	@mkdir -p $$(@D)
-	@$(HIRISE_DRIVE) -o $$(@D) >$$(@D)/log
-$(HIRISE)/$(1)/degraded/summary.json: $(HIRISE)/$(1)/map.cmap
+	@$(coarse_drive)
+$($(2))/$(1)/degraded-$($(2)_MM)/summary.json: $($(2))/$(1)/$($(2)_MM)mm.cmap
 	@mkdir -p $$(@D)
-	@$(HIRISE_DRIVE) --degrade $(HIRISE_DRIFT) -o $$(@D) >$$(@D)/log
+	@$(coarse_drive) --degrade $($(2)_DRIFT)
 endef
-$(foreach seed,$(SEEDS),$(eval $(call hirise_rules,$(seed))))
+$(foreach rig,HIRISE DRONE,$(foreach seed,$(SEEDS),$(eval $(call coarse_rules,$(seed),$(rig)))))
 
 # ---- fuzzing: flight code by clang, with libFuzzer and the sanitizers, whatever TARGET is --------------------------
 FUZZ_CXX     := clang++

@@ -26,6 +26,9 @@
 /// stands for, so that nothing is moved as the rover drives. A cell seen again after `stale_m` of way starts
 /// anew: meanwhile odometry has drifted.
 ///
+/// A mission's cell says how large the boulders are that are looked for, half a pixel of the maps or so, and
+/// other lengths go with it.
+///
 /// Memory: 21 bytes a cell. Cost: 40 operations a point; a survey some 60 a cell.
 #pragma once
 
@@ -44,10 +47,10 @@ struct ReliefParams {
   double cell_m = cfg::kMission.relief_cell_m;
   double max_range_m = cfg::kMission.relief_range_m;  ///< farther points are left out
   double min_height_m = cfg::kMission.relief_min_height_m;
-  double near_sigma_m = 0.03;  ///< s0
+  double near_sigma_m = 0.24 * cfg::kMission.relief_cell_m;  ///< s0
   /// s1: a quarter of a pixel of disparity, as depth.
   double sigma_per_range2 = 0.25 / (cfg::kMission.fx_px * cfg::kMission.baseline_m);
-  double plane_scale_m = 0.05;  ///< roughness of ground, from block to block
+  double plane_scale_m = 0.4 * cfg::kMission.relief_cell_m;  ///< roughness of ground, from block to block
   double stale_m = 30.0;
   int min_cells = 6;
   double half_told = 2000.0;  ///< two points from five metres
@@ -108,6 +111,7 @@ struct ReliefStorage {
 class Relief {
  public:
   static constexpr std::uint32_t kBlock = 8;       ///< cells of a block's side
+  static constexpr double kSurveyCells = 12.0;     ///< of way, from one survey to the next
   static constexpr std::size_t kMaxBoulders = 96;  ///< of a survey
   static constexpr std::size_t kMaxCells = 1024;   ///< of a boulder
   static constexpr std::uint32_t kAddOps = 40;
@@ -138,7 +142,9 @@ class Relief {
   /// Half of the ground that a plane is fitted to: what is wider may as well be a swell, and is dropped.
   double widest_m() const { return 0.5 * 5.0 * kBlock * params_.cell_m; }
   /// What stands so near is in a survey whole.
-  double sure_m() const { return 0.5 * (grid_.side - kBlock) * params_.cell_m - 1.5; }
+  double sure_m() const {
+    return 0.5 * (grid_.side - kBlock) * params_.cell_m - kSurveyCells * params_.cell_m;
+  }
 
  private:
   enum class Phase : std::uint8_t { kIdle, kLows, kPlanes, kMark, kScan, kFlood, kExtent };

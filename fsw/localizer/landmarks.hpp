@@ -24,6 +24,8 @@
 /// once more where it was seen from `again` of that range: depth is good to the square of it. Landmarks stay
 /// for the whole window, so that otherwise the same few would be believed at every fix, the later the more.
 ///
+/// Lengths that are a matter of how large the boulders are go with the relief's cell.
+///
 /// Frame `site`. Cost: a boulder of a survey 6 operations a landmark.
 #pragma once
 
@@ -38,8 +40,8 @@ struct LandmarkParams {
   double least_pixel_m = cfg::kMission.landmark_least_pixel_m;  ///< finer maps are matched by the window
   double window_m = cfg::kMission.landmark_window_m;            ///< of way
   double least_px = 2.4;
-  double same_m = 0.5;
-  double min_diameter_m = 0.35;  ///< smaller ones are not kept
+  double same_m = 4.0 * cfg::kMission.relief_cell_m;
+  double min_diameter_m = 2.8 * cfg::kMission.relief_cell_m;  ///< smaller ones are not kept
   double max_open = 0.5;
   double noise_m = cfg::kMission.drift_noise_xy_m;  ///< of one metre of way
   double range_share = 0.012;

@@ -42,12 +42,13 @@ FixStatus fix_status(MapFixStatus status) {
   return FixStatus::kBadInput;
 }
 
-constexpr double kSurveyEvery_m = 1.5;  // of way: a third of what the relief holds beyond what is seen
-constexpr double kRefuted = 6.9;        // nats against the pose: odds of 1000 to 1
-constexpr double kSlide = 2.0;          // longest steps of VO: sigma of a slide
-constexpr double kWorthIt = 1.0;        // nats for a pose that is carried along
-constexpr std::size_t kFresh = 4;       // boulders that make a window
-constexpr double kProved = 13.0;        // odds, as their logarithm: the most that a verdict takes
+// Of way. On the mast rig a third of what the relief holds beyond what is seen.
+constexpr double kSurveyEvery_m = Relief::kSurveyCells * cfg::kMission.relief_cell_m;
+constexpr double kRefuted = 6.9;   // nats against the pose: odds of 1000 to 1
+constexpr double kSlide = 2.0;     // longest steps of VO: sigma of a slide
+constexpr double kWorthIt = 1.0;   // nats for a pose that is carried along
+constexpr std::size_t kFresh = 4;  // boulders that make a window
+constexpr double kProved = 13.0;   // odds, as their logarithm: the most that a verdict takes
 
 /// What a fix says of the pose. Evidence that was not to be expected tells nothing by its absence.
 TrustEvent trust_event(FixStatus status, bool proof_expected) {

@@ -31,6 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// From here on the boulders of a window of frames are too few to prove a fix (doc/RESULTS.md, 5 and 10 cm).
+constexpr double kCoarsePixel_m = 0.035;
+
 constexpr int kStood = 3;  ///< exit status: driven, and nothing moved
 
 struct RunOptions {
@@ -255,6 +258,12 @@ void run(RunOptions options) {
     if (map.boulders.empty())
       throw ToolError("{}: {}", options.map.string(), explain(MapStatus::kNoBoulders));
     check_ortho(options, map.reference_system);
+    if (!cfg::kHaveLandmarks && map.pixel_m >= kCoarsePixel_m) {
+      warn(
+          fmt::format("{}: has {:.0f} mm a pixel; mission '{}' keeps no landmarks, which such maps ask for "
+                      "(MISSION=drone and mast do), and fixes may be few",
+                      options.map.string(), 1.0e3 * map.pixel_m, cfg::kMission.name));
+    }
     title.map = options.map.string();
     title.map_pixel_m = map.pixel_m;
     title.orbital = std::move(map.boulders);

@@ -267,6 +267,20 @@ void test_data_sets(void**) {
   check_refused(set() + out() + map_at("good.cmap"), "no truth to start from", "--start");
 }
 
+/// A map that this mission makes little of is driven over, with a word on which would.
+void test_coarse_maps(void**) {
+  const std::vector<TableBoulder> boulders(3);
+  CmapSource source;
+  for (const double pixel_m : {0.02, 0.05}) {
+    source.pixel_m = pixel_m;
+    save("coarse.cmap", encode_cmap(boulders, {-1.0, -1.0, 1.0, 1.0}, 0.01, source));
+    assert_int_equal(cairn("run" + set() + out() + kStart + map_at("coarse.cmap")), 0);
+    const bool told = errors.find("50 mm a pixel; mission 'paper' keeps no landmarks") != std::string::npos;
+    assert_true(told == (pixel_m > 0.035 && !cfg::kHaveLandmarks));
+  }
+  fs::remove_all(scratch.path("out"));
+}
+
 /// One line for each fault; what is good is taken, and told in frames.csv.
 void test_attitudes(void**) {
   const std::string drive = set() + out() + kStart + " --no-map";
@@ -496,6 +510,7 @@ int main() {
       cmocka_unit_test(test_an_interrupted_run_leaves_nothing),
       cmocka_unit_test(test_which_map),
       cmocka_unit_test(test_maps),
+      cmocka_unit_test(test_coarse_maps),
       cmocka_unit_test(test_frames),
       cmocka_unit_test(test_starts),
       cmocka_unit_test(test_degrades),
