@@ -106,6 +106,12 @@ GreyRange MapBuild::Inside::find_range(double to) {
   const bool twice = search.needs_lower_halves();
   round(input, 0.0, twice ? 0.5 * to : to, [&](std::uint32_t, Bytes&& record) { search.add_values(record); });
   search.finish_values(facts().name);
+  if (settings.say && !search.left_out().empty()) {
+    settings.say(fmt::format(
+        "cairn: warning: {}: {} lie far from all others, where no brightness is, and are black or white; if they "
+        "hold no data, give --no-data",
+        facts().name, search.left_out()));
+  }
   if (twice) {
     input.round = Round::kLowerHalves;
     input.bins = search.bins();

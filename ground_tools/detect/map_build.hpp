@@ -35,7 +35,7 @@ struct BuildSettings {
   std::uint64_t state_from_px = 0;
   ShareDone done;                               ///< hears 0 to 1, a finished part of an earlier run included
   std::function<bool()> stop;                   ///< true: end with the tiles in hand, then throw
-  std::function<void(const std::string&)> say;  ///< one line about going on or starting over
+  std::function<void(const std::string&)> say;  ///< one line, e.g. about going on
 };
 
 inline constexpr int kLeastTilePx = 64;

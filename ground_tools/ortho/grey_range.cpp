@@ -1,9 +1,12 @@
 #include "ortho/grey_range.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "base/tool_error.hpp"
+#include "ortho/unmarked_value.hpp"
 
 namespace cairn::ground {
 namespace {
@@ -130,19 +133,66 @@ void GreyRangeSearch::add_lower_halves(const Bytes& counts) {
   for (auto& each : lower_) reader.add_counts(each);
 }
 
-void GreyRangeSearch::finish_values(const std::string& name) {
-  std::uint64_t total = 0;
-  for (const std::uint64_t count : counts_) total += count;
-  if (total == 0) refuse_void(name);
-  const auto rank = [&](double share) {
-    return static_cast<std::uint64_t>(share * static_cast<double>(total - 1));
+/// Its least.
+double GreyRangeSearch::value_of_bin(std::size_t bin) const {
+  return depth_ == PixelDepth::kReal ? static_cast<double>(value_of(static_cast<std::uint32_t>(bin) << 16))
+                                     : static_cast<double>(static_cast<std::int32_t>(bin) + kLeastSixteen);
+}
+
+std::uint64_t GreyRangeSearch::total() const {
+  return std::accumulate(counts_.begin(), counts_.end(), std::uint64_t{0});
+}
+
+std::size_t GreyRangeSearch::bin_of(std::uint64_t rank, std::uint64_t& below) const {
+  below = 0;
+  std::size_t bin = 0;
+  while (below + counts_[bin] <= rank) below += counts_[bin++];
+  return bin;
+}
+
+/// From the middle half outwards: what lies beyond a gap of so many times what there is up to it.
+void GreyRangeSearch::leave_out_far(bool low) {
+  const std::uint64_t all = total();
+  std::uint64_t below = 0;
+  std::size_t edge = bin_of(all / 4, below);
+  std::size_t other = bin_of(all - 1 - all / 4, below);
+  if (edge == other) return;
+  if (!low) std::swap(edge, other);
+  std::uint64_t beyond = 0;
+  const auto far = [&](std::size_t bin) {
+    return std::fabs(value_of_bin(bin) - value_of_bin(edge)) >
+           static_cast<double>(kTimesFar) * std::fabs(value_of_bin(edge) - value_of_bin(other));
   };
-  const std::array<std::uint64_t, 4> ranks = {0, rank(kLowShare), rank(kHighShare), total - 1};
+  std::size_t bin = edge;
+  std::size_t nearest = edge;
+  while (low ? bin-- > 0 : ++bin < counts_.size()) {
+    if (counts_[bin] == 0) continue;
+    const bool brightness = low && value_of_bin(bin) >= 0.0;  // a shadow, however black
+    if (beyond == 0 && (brightness || !far(bin))) {
+      edge = bin;
+      continue;
+    }
+    if (beyond == 0) nearest = bin;
+    beyond += counts_[bin];
+    counts_[bin] = 0;
+  }
+  if (beyond > 0)
+    left_out_ += fmt::format("{}{} pixels of {:.2g}{}", left_out_.empty() ? "" : ", ", beyond,
+                             value_of_bin(nearest), low ? " and less" : " and more");
+}
+
+void GreyRangeSearch::finish_values(const std::string& name) {
+  if (total() == 0) refuse_void(name);
+  leave_out_far(true);
+  leave_out_far(false);
+  const std::uint64_t count = total();
+  const auto rank = [&](double share) {
+    return static_cast<std::uint64_t>(share * static_cast<double>(count - 1));
+  };
+  const std::array<std::uint64_t, 4> ranks = {0, rank(kLowShare), rank(kHighShare), count - 1};
   for (std::size_t i = 0; i < ranks.size(); ++i) {
     std::uint64_t below = 0;
-    std::uint32_t bin = 0;
-    while (below + counts_[bin] <= ranks[i]) below += counts_[bin++];
-    bins_[i] = bin;
+    bins_[i] = static_cast<std::uint32_t>(bin_of(ranks[i], below));
     rank_in_bin_[i] = ranks[i] - below;
   }
 }

@@ -1,5 +1,7 @@
 /// The stretch of 16-bit and real images to 8 bits: linear, the 0.1 and 99.9 percentiles of the valid pixels
-/// becoming 0 and 255 (the least and the largest value where these two are one).
+/// becoming 0 and 255 (the least and the largest value where these two are one). What lies beyond a gap four
+/// times as wide as the values up to it, where no brightness is, below zero or above all others, counts in
+/// none of these: -9999 in holes that nothing marks would take all of the range, however few they are.
 ///
 /// The percentiles are exact, of images of any size, whatever the tiles: each tile counts its values in bins,
 /// counts add up, and the wanted values are looked up by rank. 16-bit values have a bin each. Reals go twice
@@ -48,13 +50,21 @@ class GreyRangeSearch {
   void finish_values(const std::string& name);
   bool needs_lower_halves() const { return depth_ == PixelDepth::kReal; }
   const FineBins& bins() const { return bins_; }
+  /// What the stretch leaves out, in words for the user; empty: nothing.
+  const std::string& left_out() const { return left_out_; }
   void add_lower_halves(const Bytes& counts);
   /// After all of the above.
   GreyRange finish(const std::string& name) const;
 
  private:
+  double value_of_bin(std::size_t bin) const;
+  std::uint64_t total() const;
+  std::size_t bin_of(std::uint64_t rank, std::uint64_t& below) const;
+  void leave_out_far(bool low);
+
   PixelDepth depth_;
   std::vector<std::uint64_t> counts_;
+  std::string left_out_;
   std::array<std::vector<std::uint64_t>, 4> lower_;
   FineBins bins_ = {};
   std::array<std::uint64_t, 4> rank_in_bin_ = {};

@@ -7,6 +7,9 @@
 
 namespace cairn::ground {
 
+/// Far from all others is what is so many times as far from the next as these span.
+inline constexpr float kTimesFar = 4.0F;
+
 /// An end of the range of values that fills more of an image than brightness does.
 struct UnmarkedValue {
   float value = 0.0F;

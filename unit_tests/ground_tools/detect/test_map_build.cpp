@@ -200,6 +200,56 @@ void test_percentiles_are_exact(void**) {
   }
 }
 
+/// An image of given values.
+struct Values final : RasterReader {
+  std::vector<float> values;
+
+  bool read(const PixelBox&, const GreyRange&, std::uint8_t*, std::uint8_t*, int) override { return false; }
+  bool read_values(const PixelBox&, float* to, std::uint8_t*) override {
+    std::copy(values.begin(), values.end(), to);
+    return false;
+  }
+};
+
+GreyRange range_of_values(Values& image, PixelDepth depth) {
+  const PixelBox all{0, 0, static_cast<int>(image.values.size()), 1};
+  GreyRangeSearch search(depth);
+  search.add_values(count_values(image, depth, all));
+  search.finish_values("values");
+  if (search.needs_lower_halves()) search.add_lower_halves(count_lower_halves(image, search.bins(), all));
+  return search.finish("values");
+}
+
+/// Some pixels far below zero or far above all others change nothing of the stretch, however many they are;
+/// black among bright ground belongs to it.
+void test_values_where_no_brightness_is(void**) {
+  for (const PixelDepth depth : {PixelDepth::kSixteen, PixelDepth::kReal}) {
+    Values plain;
+    for (int i = 0; i < 100000; ++i) plain.values.push_back(static_cast<float>(1000 + i * 7919 % 997));
+    const GreyRange range = range_of_values(plain, depth);
+    for (const std::size_t count : {1U, 300U, 15000U}) {
+      for (const std::vector<float>& far :
+           {std::vector<float>{-9999.0F}, {30000.0F}, {-9999.0F, -32768.0F}, {-9999.0F, 30000.0F}}) {
+        Values holes;
+        holes.values = plain.values;
+        for (const float value : far) holes.values.insert(holes.values.end(), count, value);
+        const GreyRange same = range_of_values(holes, depth);
+        assert_near(same.low, range.low, 0.0);
+        assert_near(same.high, range.high, 0.0);
+      }
+    }
+    Values shadows;
+    shadows.values.assign(300, 0.0F);
+    for (int i = 0; i < 100000; ++i) shadows.values.push_back(static_cast<float>(1000 + i % 50));
+    assert_near(range_of_values(shadows, depth).low, 0.0, 0.0);
+    shadows.values.insert(shadows.values.end(), 300, -9999.0F);
+    assert_near(range_of_values(shadows, depth).low, 0.0, 0.0);
+    Values two;
+    two.values = {-5.0F, -5.0F, 7.0F, 7.0F};
+    assert_near(range_of_values(two, depth).low, -5.0, 0.0);
+  }
+}
+
 /// Stopped again and again, each time after a tile or two; a torn record in between.
 void test_goes_on_to_the_same_table(void**) {
   for (const Shape shape : {Shape::kTiled, Shape::kReal}) {
@@ -288,6 +338,7 @@ int main() {
       cmocka_unit_test(test_shadow_method_in_any_tiles),
       cmocka_unit_test(test_the_same_from_memory),
       cmocka_unit_test(test_percentiles_are_exact),
+      cmocka_unit_test(test_values_where_no_brightness_is),
       cmocka_unit_test(test_goes_on_to_the_same_table),
       cmocka_unit_test(test_progress_and_stop_without_state),
       cmocka_unit_test(test_refusals),
