@@ -31,16 +31,33 @@ std::size_t end_of_run(std::string_view name, std::size_t at, bool digits) {
   return at;
 }
 
+/// Counters are in hexadecimal, too: 0009, 000a. Decimal ones are in the same order so.
+bool is_hexadecimal(std::string_view name) {
+  const auto fits = [](char c) { return is_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); };
+  return std::all_of(name.begin(), name.end(), fits) && std::any_of(name.begin(), name.end(), is_digit);
+}
+
+Part number_of(std::string_view digits) {
+  Part part;
+  part.whole = digits;
+  part.whole.erase(0, std::min(part.whole.find_first_not_of('0'), part.whole.size()));
+  part.digits = part.whole.size();
+  return part;
+}
+
 std::vector<Part> parts_of(std::string_view name) {
   constexpr std::size_t kSeconds = 9;
   std::vector<Part> parts;
+  if (is_hexadecimal(name)) return {number_of(name)};
   for (std::size_t at = 0; at < name.size();) {
     const bool digits = is_digit(name[at]);
     std::size_t end = end_of_run(name, at, digits);
     Part part;
-    part.is_text = !digits;
-    part.whole = name.substr(at, end - at);
-    if (digits) {
+    if (!digits) {
+      part.is_text = true;
+      part.whole = name.substr(at, end - at);
+    } else {
+      part = number_of(name.substr(at, end - at));
       const bool point = end + 1 < name.size() && name[end] == '.' && is_digit(name[end + 1]);
       const std::size_t last = point ? end_of_run(name, end + 1, true) : end;
       if (point && (end - at >= kSeconds || (at == 0 && last == name.size()))) {
@@ -48,8 +65,6 @@ std::vector<Part> parts_of(std::string_view name) {
         part.fraction.erase(part.fraction.find_last_not_of('0') + 1);
         end = last;
       }
-      part.whole.erase(0, std::min(part.whole.find_first_not_of('0'), part.whole.size()));
-      part.digits = part.whole.size();
     }
     parts.push_back(std::move(part));
     at = end;
@@ -98,7 +113,9 @@ std::size_t pairs_by(const SideMark& mark, const std::vector<std::string>& left,
 /// Words first: of marks that pair as many, the surest.
 std::vector<SideMark> known_marks() {
   std::vector<SideMark> marks = {{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"cam0", "cam1"},
-                                 {"l", "r"},        {"L", "R"},        {"I1", "I2"},      {"im0", "im1"}};
+                                 {"l", "r"},        {"L", "R"},        {"I1", "I2"},      {"im0", "im1"},
+                                 {"NLA", "NRA"},    {"NLB", "NRB"},    {"NLF", "NRF"},    {"FLA", "FRA"},
+                                 {"FLB", "FRB"},    {"FLF", "FRF"}};
   constexpr int kMostPlaces = 4;
   for (const auto& [a, b] :
        {std::pair("0", "1"), {"1", "2"}, {"2", "3"}, {"00", "01"}, {"01", "02"}, {"02", "03"}}) {

@@ -9,9 +9,10 @@
 
 namespace cairn::ground {
 
-/// Words by words, numbers by their value: frame_9 before frame_10, 000010 after 9, 1403715273.25 before
-/// 1403715273.5. A point with digits on both sides is a decimal one where the whole name is a number, or has
-/// 9 digits before it (seconds since 1970); else it stands between words. Names that so are equal by text.
+/// Words by words, numbers by their value: frame_9 before frame_10, 000010 after 9, 000a after 0009,
+/// 1403715273.25 before 1403715273.5. A point with digits on both sides is a decimal one where the whole name
+/// is a number, or has 9 digits before it (seconds since 1970); else it stands between words. Names that so
+/// are equal by text.
 struct NameLess {
   bool operator()(const std::string& a, const std::string& b) const;
 };
@@ -30,9 +31,9 @@ struct SideMark {
 std::optional<std::string> without_mark(const std::string& name, const SideMark& mark, bool right);
 
 /// The mark by which most names of `left` (marked left) pair with one of `right` (marked right); the two may
-/// be the same list. Known are left and right, l and r, cam0 and cam1, and numbers 0 and 1, 1 and 2, 2 and 3
-/// in any place, with or without a zero before them. Nothing where fewer pair than half of the names of
-/// words, three quarters of numbers.
+/// be the same list. Known are left and right, l and r, cam0 and cam1, Mars rovers' NLF and NRF, and numbers
+/// 0 and 1, 1 and 2, 2 and 3 in any place, with or without a zero before them. Nothing where fewer pair than
+/// half of the names of words, three quarters of numbers.
 std::optional<SideMark> find_side_mark(const std::vector<std::string>& left,
                                        const std::vector<std::string>& right);
 

@@ -323,6 +323,12 @@ Sides find_sides(const fs::path& folder, std::vector<std::string>& notes) {
   if (std::optional<Sides> found = by_folder_names(folder)) return *found;
   if (std::optional<Sides> found = by_image_names(folder, notes)) return *found;
   if (!usual) {
+    for (const std::string& name : subfolders(folder)) {
+      if (by_layout(folder / name) || by_folder_names(folder / name))
+        throw ToolError(
+            "{}: no folder of left images here, but in {}; give that one, with the calibration in it",
+            folder.string(), (folder / name).string());
+    }
     const Images here = list_images(folder, "");
     throw ToolError("{}: no folder of left images here{}; put pairs into left/ and right/", folder.string(),
                     here.empty()

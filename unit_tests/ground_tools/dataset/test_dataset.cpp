@@ -503,6 +503,8 @@ void test_refusals_of_images(void**) {
   assert_refused(Dataset::open(scratch.path("bare")), "no folder of left images");
   test::write_grey_png(scratch.path("bare/0.png"), 64, 48);
   assert_refused(Dataset::open(scratch.path("bare")), "names of images (0.png) tell no side");
+  make_pairs("above/drive", "left", "right", {"0"});
+  assert_refused(Dataset::open(scratch.path("above")), "above/drive; give that one");
   make_pairs("digits", "left", "right", {"5", "05"});
   assert_refused(Dataset::open(scratch.path("digits")), "the same number of digits");
 }

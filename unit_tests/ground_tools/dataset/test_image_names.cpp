@@ -18,6 +18,8 @@ void test_order(void**) {
       {"8", "9", "000010", "11"},
       {"frame_9", "frame_10", "frame_100"},
       {"a_10", "b_9"},
+      {"0008", "0009", "000a", "000f", "0010"},
+      {"9", "a1", "1ff", "200"},
       {"9.5", "10", "10.25", "10.5"},
       {"1403715273.25", "1403715273.5", "1403715274"},
       {"t1403715273.25", "t1403715273.5"},
@@ -72,6 +74,7 @@ void test_which_mark(void**) {
   assert_string_equal(found({"img_0_L", "img_0_R", "img_1_L", "img_1_R"}).c_str(), "L R");
   assert_string_equal(found({"left_0001", "right_0001", "left_0002"}).c_str(), "left right");
   assert_string_equal(found({"cam0_1", "cam1_1", "cam0_2", "cam1_2"}).c_str(), "cam0 cam1");
+  assert_string_equal(found({"NLF_0001_7", "NRF_0001_7"}).c_str(), "NLF NRF");
   assert_string_equal(found({"0_0", "0_1", "1_0", "1_1", "2_0", "2_1"}).c_str(), "0 1");
   assert_string_equal(found({"camera1_7", "camera2_7", "camera1_8", "camera2_8"}).c_str(), "1 2");
   assert_string_equal(found({"0001", "0002", "0003", "0004"}).c_str(), "none");  // one camera's
