@@ -118,6 +118,35 @@ bool is_finite(const CameraModel& c) {
   return std::all_of(all.begin(), all.end(), finite) && std::all_of(c.k.begin(), c.k.end(), finite);
 }
 
+constexpr double kMostOffMiddle = 0.12, kMostApart = 1.05;
+
+/// Its principal point is farther from the middle of the image than nearly all cameras have it.
+bool off_middle(const CameraModel& c) {
+  const double u = (c.width_px - 1) / 2.0, v = (c.height_px - 1) / 2.0;
+  return c.width_px > 0 && (std::fabs(c.cx_px - u) > kMostOffMiddle * c.width_px ||
+                            std::fabs(c.cy_px - v) > kMostOffMiddle * c.height_px);
+}
+
+/// Oblong pixels.
+bool apart(const CameraModel& c) {
+  return std::max(c.fx_px, c.fy_px) > kMostApart * std::min(c.fx_px, c.fy_px);
+}
+
+/// The order in which the four numbers are a usual camera's, where they are none as they stand; else null.
+const char* order_that_fits(const CameraModel& c) {
+  constexpr double kSquare = 1.02, kNear = 0.1;  // of the middle's column and row
+  const double u = (c.width_px - 1) / 2.0, v = (c.height_px - 1) / 2.0;
+  const auto usual = [&](double fx, double fy, double cx, double cy) {
+    return std::max(fx, fy) <= kSquare * std::min(fx, fy) && std::fabs(cx - u) < kNear * u &&
+           std::fabs(cy - v) < kNear * v;
+  };
+  if (c.width_px == 0 || !(off_middle(c) || apart(c))) return nullptr;
+  if (usual(c.fx_px, c.cx_px, c.fy_px, c.cy_px)) return "fx cx fy cy";
+  if (usual(c.cx_px, c.cy_px, c.fx_px, c.fy_px)) return "cx cy fx fy";
+  if (usual(c.fx_px, c.fy_px, c.cy_px, c.cx_px)) return "fx fy cy cx";
+  return nullptr;
+}
+
 std::string fault_of_camera(const CameraModel& c, const char* side) {
   if (!is_finite(c)) return fmt::format("the {} camera holds a number that is not finite", side);
   if (!(c.fx_px > 0.0 && c.fy_px > 0.0))
@@ -135,6 +164,12 @@ std::string fault_of_camera(const CameraModel& c, const char* side) {
         "the {} camera's intrinsics ({:g} {:g} {:g} {:g}) are no camera's; fx, fy, cx and cy are asked for, in "
         "pixels",
         side, c.fx_px, c.fy_px, c.cx_px, c.cy_px);
+  }
+  if (const char* const order = order_that_fits(c)) {
+    return fmt::format(
+        "the {} camera's intrinsics ({:g} {:g} {:g} {:g}) are those of its {} x {} images in the order {}; the order "
+        "asked for is fx fy cx cy",
+        side, c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.width_px, c.height_px, order);
   }
   if (c.width_px > 0 &&
       !(c.cx_px >= 0.0 && c.cx_px < c.width_px && c.cy_px >= 0.0 && c.cy_px < c.height_px)) {
@@ -179,16 +214,10 @@ std::string fault_of_baseline(const CameraPair& pair) {
 
 /// What can be wrong, and is a few rigs' own: with the mend.
 std::string doubt_of_camera(const CameraModel& c, const char* side) {
-  constexpr double kMostOffMiddle = 0.12, kMostApart = 1.05, kNear = 0.05;
+  constexpr double kNear = 0.1;
   const double u = (c.width_px - 1) / 2.0, v = (c.height_px - 1) / 2.0;
-  const auto near = [](double value, double middle) {
-    return std::fabs(value - middle) < 2.0 * kNear * middle;
-  };
-  const bool sized = c.width_px > 0;
-  const bool off = sized && (std::fabs(c.cx_px - u) > kMostOffMiddle * c.width_px ||
-                             std::fabs(c.cy_px - v) > kMostOffMiddle * c.height_px);
-  const bool apart = std::max(c.fx_px, c.fy_px) > kMostApart * std::min(c.fx_px, c.fy_px);
-  if (!off && !apart) return {};
+  const bool off = off_middle(c);
+  if (!off && !apart(c)) return {};
   const std::string found =
       off ? fmt::format(
                 "the {} camera's principal point ({:g}, {:g}) is far from the middle of the {} x {} image",
@@ -196,9 +225,7 @@ std::string doubt_of_camera(const CameraModel& c, const char* side) {
           : fmt::format("the {} camera's focal lengths, fx {:g} and fy {:g}, are those of oblong pixels",
                         side, c.fx_px, c.fy_px);
   const double scale = off ? u / c.cx_px : 1.0;
-  if (off && near(c.cx_px, v) && near(c.cy_px, u)) return found + "; are cx and cy swapped?";
-  if (sized && near(c.fy_px, u) && near(c.cy_px, v)) return found + "; the order asked for is fx fy cx cy";
-  if (off && std::fabs(scale - 1.0) > 2.0 * kNear && near(scale * c.cy_px, v))
+  if (off && std::fabs(scale - 1.0) > kNear && std::fabs(scale * c.cy_px - v) < kNear * v)
     return found + fmt::format("; calibrated at another size? multiply fx, fy, cx and cy by {:.3g}", scale);
   return found + "; look whether the calibration is of these images, and its numbers in their order";
 }
