@@ -78,8 +78,11 @@ bool parts_words(char a, char b) {
   return capital || !((is_letter(a) && is_letter(b)) || (is_digit(a) && is_digit(b)));
 }
 
+/// `word` is in small letters, and stands in the name in any: left, Left, LEFT.
 std::size_t find_word(const std::string& name, std::string_view word) {
-  for (std::size_t at = name.find(word); at != std::string::npos; at = name.find(word, at + 1)) {
+  std::string small = name;
+  for (char& c : small) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  for (std::size_t at = small.find(word); at != std::string::npos; at = small.find(word, at + 1)) {
     const std::size_t end = at + word.size();
     const bool begins = at == 0 || parts_words(name[at - 1], name[at]);
     if (begins && (end == name.size() || parts_words(name[end - 1], name[end]))) return at;
@@ -112,10 +115,9 @@ std::size_t pairs_by(const SideMark& mark, const std::vector<std::string>& left,
 
 /// Words first: of marks that pair as many, the surest.
 std::vector<SideMark> known_marks() {
-  std::vector<SideMark> marks = {{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"cam0", "cam1"},
-                                 {"l", "r"},        {"L", "R"},        {"I1", "I2"},      {"im0", "im1"},
-                                 {"NLA", "NRA"},    {"NLB", "NRB"},    {"NLF", "NRF"},    {"FLA", "FRA"},
-                                 {"FLB", "FRB"},    {"FLF", "FRF"}};
+  std::vector<SideMark> marks = {{"left", "right"}, {"cam0", "cam1"}, {"l", "r"},     {"i1", "i2"},
+                                 {"im0", "im1"},    {"nla", "nra"},   {"nlb", "nrb"}, {"nlf", "nrf"},
+                                 {"fla", "fra"},    {"flb", "frb"},   {"flf", "frf"}};
   constexpr int kMostPlaces = 4;
   for (const auto& [a, b] :
        {std::pair("0", "1"), {"1", "2"}, {"2", "3"}, {"00", "01"}, {"01", "02"}, {"02", "03"}}) {

@@ -223,6 +223,8 @@ void test_other_places(void**) {
   assert_int_equal(data.frames()[0].number, 155);
   open("inside", {"images/a_left.png"}, {"images/a_right.png"});
   open("Named", {"Left/3.png", "Left/4.png"}, {"Right/3.png", "Right/4.png"});
+  open("LEFT_right", {"LEFT/3.png", "LEFT/4.png"}, {"right/3.png", "right/4.png"});
+  open("left_RIGHT", {"left/3.png", "left/4.png"}, {"RIGHT/3.png", "RIGHT/4.png"});
   open("tartan", {"image_left/0_left.png", "image_left/1_left.png"},
        {"image_right/0_right.png", "image_right/1_right.png"});
   open("robot", {"camera1/raw/3.png"}, {"camera2/raw/3.png"});

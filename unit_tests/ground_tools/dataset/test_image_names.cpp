@@ -47,16 +47,18 @@ std::string bare(const char* name, const SideMark& mark, bool right = false) {
 }
 
 void test_marks_stand_by_themselves(void**) {
-  const SideMark word{"l", "r"}, left{"left", "right"}, capital{"L", "R"}, camera{"cam0", "cam1"};
+  const SideMark word{"l", "r"}, left{"left", "right"}, camera{"cam0", "cam1"};
   assert_string_equal(bare("img_7_l", word).c_str(), "img_7_*");
   assert_string_equal(bare("l30", word).c_str(), "*30");
   assert_string_equal(bare("r30", word, true).c_str(), "*30");
   assert_string_equal(bare("img_7_r", word).c_str(), "none");
   assert_string_equal(bare("lunar", word).c_str(), "none");
   assert_string_equal(bare("model_l", word).c_str(), "model_*");
-  assert_string_equal(bare("imgL_07", capital).c_str(), "img*_07");
+  assert_string_equal(bare("imgL_07", word).c_str(), "img*_07");
   assert_string_equal(bare("leftImg8bit_1", left).c_str(), "*Img8bit_1");
   assert_string_equal(bare("cleft_1", left).c_str(), "none");
+  assert_string_equal(bare("LEFT_1", left).c_str(), "*_1");
+  assert_string_equal(bare("Right_1", left, true).c_str(), "*_1");
   assert_string_equal(bare("cam0_5", camera).c_str(), "*_5");
   assert_string_equal(bare("cam05", camera).c_str(), "none");
   const SideMark last{"0", "1", SideMark::kLast}, second{"0", "1", 1};
@@ -71,10 +73,10 @@ void test_which_mark(void**) {
     const auto mark = find_side_mark(names, names);
     return mark ? std::string(mark->left) + " " + mark->right : "none";
   };
-  assert_string_equal(found({"img_0_L", "img_0_R", "img_1_L", "img_1_R"}).c_str(), "L R");
+  assert_string_equal(found({"img_0_L", "img_0_R", "img_1_L", "img_1_R"}).c_str(), "l r");
   assert_string_equal(found({"left_0001", "right_0001", "left_0002"}).c_str(), "left right");
   assert_string_equal(found({"cam0_1", "cam1_1", "cam0_2", "cam1_2"}).c_str(), "cam0 cam1");
-  assert_string_equal(found({"NLF_0001_7", "NRF_0001_7"}).c_str(), "NLF NRF");
+  assert_string_equal(found({"NLF_0001_7", "NRF_0001_7"}).c_str(), "nlf nrf");
   assert_string_equal(found({"0_0", "0_1", "1_0", "1_1", "2_0", "2_1"}).c_str(), "0 1");
   assert_string_equal(found({"camera1_7", "camera2_7", "camera1_8", "camera2_8"}).c_str(), "1 2");
   assert_string_equal(found({"0001", "0002", "0003", "0004"}).c_str(), "none");  // one camera's
@@ -84,8 +86,10 @@ void test_which_mark(void**) {
   const Names left{"7_left", "8_left"}, right{"7_right", "8_right"};
   assert_string_equal(find_side_mark(left, right)->right, "right");
   assert_false(find_side_mark(right, left).has_value());
-  const auto pairs = pairs_by_mark({"calib", "imu", "Left", "Right", "depth_left"});
-  assert_true(pairs.size() == 1 && pairs[0].first == "Left" && pairs[0].second == "Right");
+  for (const char* name : {"Left", "LEFT", "left"}) {
+    const auto pairs = pairs_by_mark({"calib", "imu", name, "Right", "depth_left"});
+    assert_true(pairs.size() == 1 && pairs[0].first == name && pairs[0].second == "Right");
+  }
 }
 
 void test_bare_numbers(void**) {
