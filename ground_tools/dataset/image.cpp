@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <fstream>
+#include <limits>
 #include <memory>
 #include <string>
 
@@ -11,6 +13,8 @@
 
 namespace cairn::ground {
 namespace {
+
+constexpr int kMaxSide = 16384;  // a damaged header must not ask for all memory
 
 std::uint8_t luma(int red, int green, int blue) {
   return static_cast<std::uint8_t>((299 * red + 587 * green + 114 * blue + 500) / 1000);
@@ -41,6 +45,39 @@ struct Opened {
   GDALDataType type = GDT_Unknown;
 };
 
+/// PGM and PPM of numbers in words (P2, P3), which GDAL does not read; null where a file is none, or its
+/// samples are not all there.
+std::unique_ptr<GDALDataset> open_words(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string kind;
+  in >> kind;
+  if (kind != "P2" && kind != "P3") return nullptr;
+  const auto next = [&in] {
+    int value = -1;
+    while ((in >> std::ws).peek() == '#') in.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+    in >> value;
+    return in.fail() ? -1 : value;
+  };
+  const int width = next(), height = next(), most = next(), bands = kind == "P2" ? 1 : 3;
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide || most < 1 || most > 65535)
+    return nullptr;
+  std::vector<std::uint16_t> samples;
+  for (const int count = width * height * bands; static_cast<int>(samples.size()) < count;) {
+    const int sample = next();
+    if (sample < 0 || sample > most) return nullptr;
+    samples.push_back(static_cast<std::uint16_t>(sample));
+  }
+  auto* const memory = GetGDALDriverManager()->GetDriverByName("MEM");
+  std::unique_ptr<GDALDataset> data(
+      memory->Create("", width, height, bands, most > 255 ? GDT_UInt16 : GDT_Byte, nullptr));
+  const int pixel = 2 * bands;
+  if (data == nullptr ||
+      data->RasterIO(GF_Write, 0, 0, width, height, samples.data(), width, height, GDT_UInt16, bands, nullptr,
+                     pixel, pixel * width, 2, nullptr) != CE_None)
+    return nullptr;
+  return data;
+}
+
 Opened open_image(const std::filesystem::path& path, const QuietGdal& gdal) {
   const char* const drivers[] = {"JPEG",        "PNG", "GTiff", "PNM",   "BMP",  "WEBP",
                                  "JP2OpenJPEG", "GIF", "PDS",   "VICAR", nullptr};
@@ -49,13 +86,13 @@ Opened open_image(const std::filesystem::path& path, const QuietGdal& gdal) {
   Opened out;
   out.data.reset(
       GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers, nullptr, no_siblings));
+  if (out.data == nullptr) out.data = open_words(path);
   std::error_code error;
   if (out.data == nullptr && !std::filesystem::exists(path, error)) refuse(path, gdal, "is not there");
   if (out.data == nullptr) refuse(path, gdal, "not a readable image (JPEG, PNG, TIFF, PGM, BMP ...)");
   if (out.data->GetRasterCount() > 0) out.type = out.data->GetRasterBand(1)->GetRasterDataType();
   if (out.type != GDT_Byte && out.type != GDT_UInt16 && out.type != GDT_Int16)
     refuse(path, gdal, "samples are not 8-bit or 16-bit integers; convert it");
-  constexpr int kMaxSide = 16384;  // a damaged header must not ask for all memory
   if (out.data->GetRasterXSize() > kMaxSide || out.data->GetRasterYSize() > kMaxSide)
     refuse(path, gdal, "more than 16384 pixels a side");
   return out;

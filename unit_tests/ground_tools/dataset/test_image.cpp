@@ -116,6 +116,24 @@ void test_other_kinds_of_files(void**) {
   }
 }
 
+/// PGM and PPM whose samples are words, with remarks, and 10 bits deep.
+void test_samples_in_words(void**) {
+  static Image image;
+  image = load_grey(scratch.file("p2.pgm", "P2\n# by hand\n3 2\n255\n0 1 2\n# a row\n253 254 255\n"));
+  assert_true(image.width == 3 && image.height == 2);
+  assert_true(image.pixels == std::vector<std::uint8_t>({0, 1, 2, 253, 254, 255}));
+  assert_true(image_size(scratch.path("p2.pgm")) == std::pair(3, 2));
+  image = load_grey(scratch.file("p3.ppm", "P3 2 1 255 255 0 0  0 0 255"));
+  assert_true(image.pixels == std::vector<std::uint8_t>({76, 29}));
+  image = load_grey(scratch.file("deep.pgm", "P2 2 1 1023 0 1023"), 10);
+  assert_true(image.pixels == std::vector<std::uint8_t>({0, 255}));
+  assert_int_equal(deep_samples(scratch.path("deep.pgm")).largest, 1023);
+  for (const char* text : {"P2 3 2 255 0 1 2 253 254", "P2 3 1 255 0 1 256", "P2 3 1 255 0 1 x",
+                           "P2 0 1 255 ", "P2 99999 99999 255 0", "P2", "P2 1 1 70000 0", "P2 1 1 255 -1"})
+    assert_true(image_refusal(scratch.file("bad.pgm", text)).find("bad.pgm: not a readable") !=
+                std::string::npos);
+}
+
 // Every kind of file, cut anywhere, is refused with one line that names it; what GDAL says is in it,
 // not on stderr.
 void test_truncated_files(void**) {
@@ -161,6 +179,7 @@ int main() {
       cmocka_unit_test(test_16_bit_is_scaled),      cmocka_unit_test(test_truncated_files),
       cmocka_unit_test(test_fewer_bits_than_eight), cmocka_unit_test(test_bits_that_are_used),
       cmocka_unit_test(test_other_kinds_of_files),  cmocka_unit_test(test_what_is_no_image),
+      cmocka_unit_test(test_samples_in_words),
   };
   return cmocka_run_group_tests_name("ground_tools/dataset/image", tests, nullptr, nullptr);
 }
