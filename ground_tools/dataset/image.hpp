@@ -37,11 +37,11 @@ struct DeepSamples {
 /// Throws ImageError.
 DeepSamples deep_samples(const std::filesystem::path& path);
 
-/// Reads an image (JPEG, PNG, TIFF, PGM also of words (P2), BMP, WebP, JPEG 2000, GIF, PDS, VICAR) as 8-bit grey. Colour
-/// becomes luma, (299 R + 587 G + 114 B + 500) / 1000 in integers (Rec. 601); an alpha band is ignored. Of
-/// 16-bit samples `bits` are used, 8 to 16; of bytes as many as the file says, 1 to 8: they are scaled so
-/// that the largest that these can hold becomes 255, rounded; those below 0 are black. Throws ImageError. A
-/// file that ends early is refused, not padded. Prints nothing.
+/// Reads an image (JPEG, PNG, TIFF, PGM also in words (P2), BMP, WebP, JPEG 2000, GIF, PDS, VICAR) as 8-bit
+/// grey. Colour becomes luma, (299 R + 587 G + 114 B + 500) / 1000 in integers (Rec. 601); an alpha band is
+/// ignored. Of 16-bit samples `bits` are used, 8 to 16; of bytes as many as the file says, 1 to 8: they are
+/// scaled so that the largest that these can hold becomes 255, rounded; those below 0 are black. Throws
+/// ImageError. A file that ends early is refused, not padded. Prints nothing.
 Image load_grey(const std::filesystem::path& path, int bits = 16);
 
 }  // namespace cairn::ground

@@ -17,8 +17,8 @@ struct NameLess {
   bool operator()(const std::string& a, const std::string& b) const;
 };
 
-/// How names tell left from right: a word in letters of any case or a number, that stands by itself, in this
-/// place.
+/// How names tell left from right: a word in letters of any case, or a number in this place. Both stand by
+/// themselves in the name.
 struct SideMark {
   const char* left = "";
   const char* right = "";
