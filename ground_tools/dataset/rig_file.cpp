@@ -318,11 +318,13 @@ CameraPair read_middlebury(const TaggedRows& rows) {
 class Keys {
  public:
   void add(const fs::path& path) {
-    path_ = path_.empty() ? path.string() : path_;
     const std::vector<std::uint8_t> bytes = read_file(path);
-    std::string text(bytes.begin(), bytes.end());
-    // OpenCV's first line, %YAML:1.0, is no YAML.
     refuse_wide_text(path, bytes);
+    add(path, std::string(bytes.begin(), bytes.end()));
+  }
+  void add(const fs::path& path, std::string text) {
+    path_ = path_.empty() ? path.string() : path_;
+    // OpenCV's first line, %YAML:1.0, is no YAML.
     if (const std::size_t at = text.find("%YAML"); at != std::string::npos && at <= 3)
       text.erase(0, text.find('\n'));
     try {
@@ -383,10 +385,13 @@ class Keys {
 
  private:
   void take(const YAML::Node& node) {
+    std::set<std::string> taken;
     for (const auto& entry : node) {
       if (!entry.first.IsScalar())
         throw ToolError("{}: has a key that is not a word; correct it, {}", path_, kKnown);
-      values_[entry.first.Scalar()] = entry.second;
+      const std::string name = entry.first.Scalar();
+      if (!taken.insert(name).second) throw ToolError("{}: stands there twice; keep one", where(name));
+      values_[name] = entry.second;
     }
   }
   static bool names_lens(std::string name) {
@@ -630,8 +635,9 @@ CameraPair read_key_by_key(const Keys& keys) {
   pair.left = keyed_camera(keys, {"", "Camera.", "Camera1."}, type);
   const bool two = keys.has({"Camera2.fx"});
   pair.right = two ? keyed_camera(keys, {"Camera2."}, type) : pair.left;
-  if (keys.has({"Camera.width"})) {
-    const Numbers size = {one({"Camera.width"}), one({"Camera.height"})};
+  if (keys.has({"Camera.width", "width", "image_width"})) {
+    const Numbers size = {one({"Camera.width", "width", "image_width"}),
+                          one({"Camera.height", "height", "image_height"})};
     take_size(size, pair.left);
     take_size(size, pair.right);
   }
@@ -652,6 +658,19 @@ CameraPair read_key_by_key(const Keys& keys) {
   }
   keys.refuse_unread_lens();
   return pair;
+}
+
+/// `key = value`, a line each, as YAML.
+std::string as_yaml(const fs::path& path, const std::vector<TextLine>& lines) {
+  std::string text;
+  for (const TextLine& line : lines) {
+    const std::size_t at = line.text.find('=');
+    if (at == std::string::npos)
+      throw ToolError("{}:{}: not `key = value` as the lines before; correct it, {}", path.string(),
+                      line.number, kKnown);
+    text += line.text.substr(0, at) + ": " + line.text.substr(at + 1) + "\n";
+  }
+  return text;
 }
 
 CameraPair read_yaml(const std::vector<fs::path>& files, const RigQuestion& question) {
@@ -847,6 +866,11 @@ CameraPair read_as_told(const std::vector<fs::path>& files, const RigQuestion& q
   const bool key_first =
       !head.empty() && ((head[0] >= 'A' && head[0] <= 'Z') || (head[0] >= 'a' && head[0] <= 'z'));
   if (key_first && head.find(':') != std::string::npos) return read_yaml(files, question);
+  if (key_first && head.find('=') != std::string::npos) {
+    Keys keys;
+    keys.add(files[0], as_yaml(files[0], lines));
+    return read_key_by_key(keys);
+  }
   return read_plain_rows(files[0]);
 }
 

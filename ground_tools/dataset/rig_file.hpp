@@ -9,8 +9,8 @@
 ///                  rectification_matrix (R)
 ///   OpenCV         stereoCalibrate and stereoRectify, in one file or two: M1 D1 M2 D2 R T R1 R2 P1 P2, and
 ///                  the names of stereo_calib's kin (K1, cameraMatrix1, distCoeffs1, LEFT.K ...)
-///   fx fy cx cy    as YAML keys, with bf or baseline (ORB-SLAM, Camera.fx ...), or two cameras and the pose
-///                  of the right one (ORB-SLAM3: Camera1, Camera2, Stereo.T_c1_c2 or Tlr)
+///   fx fy cx cy    as YAML keys or `key = value`, with bf or baseline (ORB-SLAM, Camera.fx ...), or two
+///                  cameras and the right one's pose (ORB-SLAM3: Camera1, Camera2, Stereo.T_c1_c2 or Tlr)
 ///   PDS3 labels    GEOMETRIC_CAMERA_MODEL of left and right: CAHV, CAHVOR, CAHVORE
 ///
 /// Where a file tells of rectified images and of raw ones, which of the two is asked for is the caller's.

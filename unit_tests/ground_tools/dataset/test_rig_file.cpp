@@ -260,7 +260,9 @@ void test_opencv(void**) {
   assert_refused(read_rig({scratch.file("lens.yml", head + M + P)}, {ImagesAre::kRaw, true, false}),
                  "rectified images alone");
   const std::string tilted = matrix("D1", 1, 14, "0.1,0,0,0,0,0,0,0,0,0,0,0,0.01,0");
-  assert_refused(read("tilt.yml", head + M + tilted + RT), "known are 4, 5 and 8");
+  std::string without_D1 = M;
+  without_D1.replace(without_D1.find("D1:"), 3, "was:");
+  assert_refused(read("tilt.yml", head + without_D1 + tilted + RT), "known are 4, 5 and 8");
 }
 
 void test_keys(void**) {
@@ -271,6 +273,15 @@ void test_keys(void**) {
                   "bf by key");
   check_rectified(read("b.yaml", "fx: 400\nfy: 401\ncx: 31.5\ncy: 23.5\nbaseline: 0.12\n"),
                   "baseline by key");
+  const std::string equations = "# a rig\nfx=400\nfy = 401\ncx= 31.5  # px\ncy=23.5\nbaseline=0.12\n";
+  check_rectified(read("rig.cfg", equations), "baseline by key");
+  assert_int_equal(read("rig.cfg", equations + "width=64\nheight=48\n").left.height_px, 48);
+  assert_refused(read("rig.cfg", equations + "k1=-0.3\nd1=4\n"), "d1: looks like a lens'");
+  assert_refused(read("rig.cfg", equations + "\n[RIGHT]\nfx=402\n"), "rig.cfg:8: not `key = value`");
+  assert_refused(read("rig.cfg", equations + "fx=402\n"), "rig.cfg: fx: stands there twice; keep one");
+  assert_refused(read("rig.cfg", "fx=400\nfy=401\ncx=31.5\ncy=23.5\n"), "has no `baseline`; add it");
+  assert_refused(read("b.yaml", "fx: 400\nfy: 401\ncx: 31.5\nfy: 40\ncy: 23.5\nb: 0.12\n"),
+                 "fy: stands there");
 }
 
 // ORB-SLAM3: two cameras, and the right one's pose in the left one; what is half told is refused.
@@ -316,7 +327,7 @@ void test_lenses_that_are_not_understood(void**) {
   assert_refused(read("k.yaml", other), "distortion model 'radtan' without coefficients");
   std::string unnamed = other;
   for (std::size_t at = 0; (at = unnamed.find("distortion_model: radtan", at)) != std::string::npos;)
-    unnamed.replace(at, 24, "rostopic: cam");
+    unnamed.replace(at, 24, "topic: cam");
   assert_refused(read("k.yaml", unnamed), "distortion_parameters: looks like a lens");
   assert_refused(read_two("a.yaml", camera_info(0.0, "0, 0, 0, 0, 0") + "binning_x: 2\n",
                           camera_info(-48.0, "0, 0, 0, 0, 0")),
