@@ -124,11 +124,10 @@ fs::path find_times(const fs::path& folder, const fs::path& left, const char* na
 
 /// How little a camera's poses are those of one that stands upright and drives where it looks: the share of
 /// the path that goes sideways, or how far beyond 30 degrees from level the camera looks at its y axis.
-double oddness(const Trajectory& truth, bool w_first) {
+double oddness(const Trajectory& truth) {
   double sideways_m = 0.0, path_m = 0.0, up = 0.0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    const Quat& told = truth[i].pose.q;
-    const Quat q = w_first ? Quat(told.x(), told.y(), told.z(), told.w()) : told;
+    const Quat& q = truth[i].pose.q;
     up += (q * Vec3(0.0, 1.0, 0.0)).z();
     if (i == 0) continue;
     const Vec3 step_m = truth[i].pose.t - truth[i - 1].pose.t;
@@ -138,6 +137,44 @@ double oddness(const Trajectory& truth, bool w_first) {
   if (!(path_m > 0.0)) return 0.0;
   constexpr double kUpright = -0.5;
   return std::max(sideways_m / path_m, up / static_cast<double>(truth.size()) - kUpright);
+}
+
+/// Quaternions are told in the other order: with it the camera goes straight, and as they are told it would
+/// drive sideways or lie on its side.
+bool is_order_of(const Trajectory& other, const Trajectory& told) {
+  constexpr double kOdd = 0.12, kPlain = 0.06;
+  return oddness(told) > kOdd && oddness(other) < kPlain;
+}
+
+/// Numbers told as qx qy qz qw, read as qw qx qy qz.
+Trajectory w_first(Trajectory truth) {
+  for (StampedPose& at : truth) {
+    const Quat q = at.pose.q;
+    at.pose.q = Quat(q.x(), q.y(), q.z(), q.w());
+  }
+  return truth;
+}
+
+/// What a table's angles are.
+struct AngleReading {
+  double unit_rad;      ///< of pitch and roll
+  double yaw_unit_rad;  ///< below 0: clockwise
+  double yaw_0_rad;     ///< counter-clockwise from east
+};
+
+/// The share of a rover's path that goes sideways to its headings; 0 where it stands.
+double sideways(const std::map<int, Pose3>& poses) {
+  double path_m = 0.0, sideways_m = 0.0;
+  const Pose3* before = nullptr;
+  for (const auto& [number, pose] : poses) {
+    if (before != nullptr) {
+      const Vec3 step_m = pose.t - before->t;
+      path_m += step_m.norm();
+      sideways_m += std::fabs((before->q.conjugate() * step_m).y());
+    }
+    before = &pose;
+  }
+  return path_m > 0.0 ? sideways_m / path_m : 0.0;
 }
 
 /// The stamped pose, or what lies between two that are close to each other.
@@ -155,8 +192,8 @@ std::optional<Pose3> pose_at(const Trajectory& truth, double stamp_s) {
                a.pose.t + share * (b.pose.t - a.pose.t)};
 }
 
-/// Truth in that frame of the data set's layout, of the left camera.
-Trajectory read_euroc_truth(const fs::path& path, const Pose3& T_body_cam) {
+/// Truth of the left camera in EuRoC's layout, whose quaternions are told as qw qx qy qz.
+Trajectory read_euroc_truth(const fs::path& path, const Pose3& T_body_cam, bool w_last = false) {
   Trajectory out;
   std::vector<double> stamps;
   for (const NumberRow& row : read_number_rows(path)) {
@@ -164,7 +201,7 @@ Trajectory read_euroc_truth(const fs::path& path, const Pose3& T_body_cam) {
     if (v.size() < 8)
       throw ToolError("{}:{}: {} numbers; it needs stamp, x y z, qw qx qy qz", path.string(), row.line,
                       v.size());
-    const Quat q(v[4], v[5], v[6], v[7]);
+    const Quat q = w_last ? Quat(v[7], v[4], v[5], v[6]) : Quat(v[4], v[5], v[6], v[7]);
     if (std::fabs(q.norm() - 1.0) > 1.0e-3)
       throw ToolError("{}:{}: the quaternion's length is {:.6f}; give qw qx qy qz of length 1", path.string(),
                       row.line, q.norm());
@@ -387,8 +424,7 @@ void Dataset::read_truth() {
   const fs::path euroc = left_folder_.parent_path().parent_path() / "state_groundtruth_estimate0/data.csv";
   if (fs::exists(tum)) {
     const Trajectory truth = read_tum(tum);
-    constexpr double kOdd = 0.12, kPlain = 0.06;
-    if (oddness(truth, false) > kOdd && oddness(truth, true) < kPlain) {
+    if (is_order_of(w_first(truth), truth)) {
       throw ToolError(
           "{}: the camera would drive sideways or lie on its side, and goes straight if the four numbers are qw qx "
           "qy qz; write them as qx qy qz qw",
@@ -398,18 +434,17 @@ void Dataset::read_truth() {
   } else if (fs::exists(poses)) {
     read_kitti_poses(poses);
   } else if (fs::exists(euroc)) {
-    take_stamped(euroc, read_euroc_truth(euroc, cameras_.T_body_left));
+    const Trajectory truth = read_euroc_truth(euroc, cameras_.T_body_left);
+    if (is_order_of(read_euroc_truth(euroc, cameras_.T_body_left, true), truth)) {
+      throw ToolError(
+          "{}: the camera would drive sideways or lie on its side, and goes straight if the four numbers are qx qy qz "
+          "qw; write them as qw qx qy qz",
+          euroc.string());
+    }
+    take_stamped(euroc, truth);
   }
 
-  const fs::path rover = folder_ / "truth_rover.txt";
-  if (fs::exists(rover)) {
-    for (const NumberRow& row :
-         read_number_rows(rover, 8, "frame arc x y z yaw pitch roll (metres, degrees)")) {
-      const std::vector<double>& v = row.values;
-      const Attitude attitude{v[5] * kRadPerDeg, v[6] * kRadPerDeg, v[7] * kRadPerDeg};
-      truth_rover_[index_of(rover, row.line, v[0])] = {quat_from_attitude(attitude), Vec3(v[2], v[3], v[4])};
-    }
-  }
+  if (const fs::path rover = folder_ / "truth_rover.txt"; fs::exists(rover)) read_rover_truth(rover);
 
   const fs::path rocks = folder_ / "truth_rocks.csv";
   if (fs::exists(rocks)) {
@@ -423,6 +458,50 @@ void Dataset::read_truth() {
           {index_of(rocks, table.line(row), at(id)), Vec2(at(x), at(y)), at(z), at(diameter), at(height)});
     }
   }
+}
+
+void Dataset::read_rover_truth(const fs::path& path) {
+  const std::vector<NumberRow> rows =
+      read_number_rows(path, 8, "frame arc x y z yaw pitch roll (metres, degrees)");
+  const auto read = [&](const AngleReading& reading) {
+    std::map<int, Pose3> poses;
+    for (const NumberRow& row : rows) {
+      const std::vector<double>& v = row.values;
+      const Attitude attitude{reading.yaw_0_rad + reading.yaw_unit_rad * v[5], reading.unit_rad * v[6],
+                              reading.unit_rad * v[7]};
+      poses[index_of(path, row.line, v[0])] = {quat_from_attitude(attitude), Vec3(v[2], v[3], v[4])};
+    }
+    return poses;
+  };
+  const auto odd = [&](const std::map<int, Pose3>& poses) {
+    return std::max(sideways(poses), turn_of_camera(poses));
+  };
+  truth_rover_ = read({kRadPerDeg, kRadPerDeg, 0.0});
+  const double told = odd(truth_rover_);
+  // What degrees are in radians' stead drives anywhere; a heading may be off the course, for rovers slip.
+  constexpr double kLeastOfRadians = 0.02, kLeastOfCompass = 0.5, kBetter = 0.25;
+  if (told > kLeastOfRadians && odd(read({1.0, 1.0, 0.0})) < kBetter * told) {
+    throw ToolError("{}: yaw, pitch and roll fit the drive as radians; write degrees, 57.29578 times these",
+                    path.string());
+  }
+  if (told > kLeastOfCompass && odd(read({kRadPerDeg, -kRadPerDeg, 0.5 * kPi})) < kBetter * told) {
+    throw ToolError("{}: yaw fits the drive as a compass' (clockwise from north); write 90 minus these",
+                    path.string());
+  }
+}
+
+/// The most, in radians, by which the camera's attitude on the rover is not that of the first frame.
+double Dataset::turn_of_camera(const std::map<int, Pose3>& rover) const {
+  std::optional<Quat> first;
+  double most = 0.0;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    const auto found = rover.find(frames_[i].number);
+    if (found == rover.end() || !truth_cam_[i]) continue;
+    const Quat q_rover_cam = found->second.q.conjugate() * truth_cam_[i]->q;
+    if (!first) first = q_rover_cam;
+    most = std::max(most, quat_log(first->conjugate() * q_rover_cam).norm());
+  }
+  return most;
 }
 
 void Dataset::take_stamped(const fs::path& path, const Trajectory& truth) {

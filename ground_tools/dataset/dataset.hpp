@@ -77,6 +77,8 @@ class Dataset : public Drive {
   void read_stamps();
   void read_truth();
   void read_kitti_poses(const std::filesystem::path& path);
+  void read_rover_truth(const std::filesystem::path& path);
+  double turn_of_camera(const std::map<int, Pose3>& rover) const;
   void take_stamped(const std::filesystem::path& path, const Trajectory& truth);
 
   std::filesystem::path folder_;

@@ -301,6 +301,17 @@ void test_euroc_layout(void**) {
   assert_false(data.truth_cam(2).has_value());
   assert_int_equal(data.notes().size(), 1);
   assert_true(data.notes()[0].find("2 of 3 frames") != std::string::npos);
+  // Body and camera turned to north, where they drive, as qx qy qz qw; then as it is asked for.
+  const char* const north =
+      "#\n1403715273262142976,1,2,3,0,0,0.7071068,0.7071068\n"
+      "1403715273362142976,1,4,3,0,0,0.7071068,0.7071068\n";
+  scratch.file("euroc/mav0/state_groundtruth_estimate0/data.csv", north);
+  assert_refused(Dataset::open(scratch.path("euroc")), "data.csv: the camera would drive sideways");
+  scratch.file("euroc/mav0/state_groundtruth_estimate0/data.csv",
+               "#\n1403715273262142976,1,2,3,0.7071068,0,0,0.7071068\n"
+               "1403715273362142976,1,4,3,0.7071068,0,0,0.7071068\n");
+  data = Dataset::open(scratch.path("euroc"));
+  assert_near((data.truth_cam(2)->q * Vec3(0.0, 0.0, 1.0) - Vec3(0.0, 1.0, 0.0)).norm(), 0.0, 1e-6);
 }
 
 void test_kitti_raw_layout(void**) {
@@ -342,6 +353,34 @@ void test_truth_that_does_not_fit_is_told(void**) {
   assert_refused(Dataset::open(scratch.path("truths")), "write them as qx qy qz qw");
   open("0 0 0 0 -0.638224 0.638224 -0.304417 0.304417\n1 1 0 0 -0.638224 0.638224 -0.304417 0.304417\n");
   assert_near(data.truth_cam(1)->t.x(), 1.0, 0.0);
+}
+
+/// Angles of truth_rover.txt that fit the drive in another unit, with the camera's poses or by the course
+/// alone; slopes on which a rover slips, and one that stands, fit as they are.
+void test_angles_of_rover_truth(void**) {
+  make_pairs("angles", "left", "right", {"0", "1", "2"});
+  scratch.file("angles/calib.txt", kPlainCalibration);
+  const auto open = [](const char* rows) {
+    scratch.file("angles/truth_rover.txt", rows);
+    return Dataset::open(scratch.path("angles"));
+  };
+  const char radians[] = "fit the drive as radians; write degrees";
+  static Dataset data;
+  assert_refused(open("0 0 0 0 0 0.6435 0 0\n1 1 0.8 0.6 0 0.6435 0 0\n2 2 1.6 1.2 0 0.6435 0 0\n"), radians);
+  assert_refused(open("0 0 0 0 0 80 0 0\n1 1 0.98 0.17 0 80 0 0\n2 2 1.96 0.34 0 80 0 0\n"),
+                 "truth_rover.txt: yaw fits the drive as a compass'");
+  data = open("0 0 0 0 0 36.87 0 0\n1 1 0.8 0.6 0 36.87 0 0\n2 2 1.6 1.2 0 36.87 0 0\n");
+  assert_near(attitude_of(data.truth_rover(2)->q).yaw_rad, 36.87 * kRadPerDeg, 1e-12);
+  // It slips by 10 degrees.
+  data = open("0 0 0 0 0 40 0 0\n1 1 0.643 0.766 0 40 0 0\n2 2 1.286 1.532 0 40 0 0\n");
+  data = open("0 0 0 0 0 0.7 0 0\n1 0 0 0 0 0.7 0 0\n2 0 0 0 0 0.7 0 0\n");
+  assert_near(attitude_of(data.truth_rover(2)->q).yaw_rad, 0.7 * kRadPerDeg, 1e-12);
+  // Pitch and roll alone, which the camera's poses have, too: 0, 0.1 and -0.1 rad of roll about east.
+  scratch.file("angles/truth_left_camera.tum",
+               "0 0 0 0 0 0 0 1\n1 1 0 0 0.0499792 0 0 0.9987503\n2 2 0 0 -0.0499792 0 0 0.9987503\n");
+  assert_refused(open("0 0 0 0 0 0 0 0\n1 1 1 0 0 0 0 0.1\n2 2 2 0 0 0 0 -0.1\n"), radians);
+  data = open("0 0 0 0 0 0 0 0\n1 1 1 0 0 0 0 5.7296\n2 2 2 0 0 0 0 -5.7296\n");
+  assert_near(attitude_of(data.truth_rover(2)->q).roll_rad, -0.1, 1e-5);
 }
 
 void test_sizes_and_depths(void**) {
@@ -598,6 +637,7 @@ int main() {
       cmocka_unit_test(test_euroc_layout),
       cmocka_unit_test(test_kitti_raw_layout),
       cmocka_unit_test(test_truth_that_does_not_fit_is_told),
+      cmocka_unit_test(test_angles_of_rover_truth),
       cmocka_unit_test(test_sizes_and_depths),
       cmocka_unit_test(test_bytes_in_16_bits),
       cmocka_unit_test(test_a_first_pair_of_another_size),
