@@ -294,8 +294,10 @@ void run(RunOptions options) {
   print_table(replay, errors);
   fmt::print("written: {}\n", results.names());
   const MotionCounts motion = motion_counts(replay);
-  const std::string doubt = motion.measured > 0 ? truth_words(errors) : std::string();
-  if (!doubt.empty()) warn(doubt);
+  if (motion.measured > 0) {
+    for (const std::string& doubt : {truth_words(errors), order_words(replay), pace_words(replay)})
+      if (!doubt.empty()) warn(title.dataset + ": " + doubt);
+  }
   tell_motion(title.dataset, drive.size(), replay, source.fault);
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/statistics.hpp"
 #include "replay/status_names.hpp"
 
 namespace cairn::ground {
@@ -225,6 +226,72 @@ std::string standing_words(const Replay& replay) {
       "nothing moved: over {} frames VO stays within {:.1f} mm and {:.2f} degrees of its start; right where the "
       "rover stood, else its pictures show no ground that goes by (its own deck, one scene again and again?)",
       replay.vo.size(), 1.0e3 * extent.away_m, extent.turn_rad * kDegPerRad);
+}
+
+namespace {
+
+double path_of(const std::vector<Vec3>& places_m) {
+  double path_m = 0.0;
+  for (std::size_t i = 1; i < places_m.size(); ++i) path_m += (places_m[i] - places_m[i - 1]).norm();
+  return path_m;
+}
+
+std::vector<Vec3> places_of(const Trajectory& trajectory) {
+  std::vector<Vec3> out;
+  for (const StampedPose& at : trajectory) out.push_back(at.pose.t);
+  return out;
+}
+
+/// In the order in which they lie along their line: from their mean to the place farthest from it.
+std::vector<Vec3> along_their_line(std::vector<Vec3> places_m) {
+  const Vec3 mean_m = std::accumulate(places_m.begin(), places_m.end(), Vec3(0.0, 0.0, 0.0)) /
+                      static_cast<double>(places_m.size());
+  const Vec3 end_m = *std::max_element(places_m.begin(), places_m.end(), [&](const Vec3& a, const Vec3& b) {
+    return (a - mean_m).norm() < (b - mean_m).norm();
+  });
+  const Vec3 line_m = end_m - mean_m;
+  std::sort(places_m.begin(), places_m.end(),
+            [&](const Vec3& a, const Vec3& b) { return a.dot(line_m) < b.dot(line_m); });
+  return places_m;
+}
+
+}  // namespace
+
+std::string order_words(const Replay& replay) {
+  constexpr double kLeastStep_m = 0.005, kShorter = 0.7;
+  const std::vector<Vec3> places_m = places_of(replay.vo);
+  std::size_t turns = 0, back = 0;
+  for (std::size_t i = 2; i < places_m.size(); ++i) {
+    const Vec3 before_m = places_m[i - 1] - places_m[i - 2], step_m = places_m[i] - places_m[i - 1];
+    if (before_m.norm() < kLeastStep_m || step_m.norm() < kLeastStep_m) continue;
+    ++turns;
+    back += before_m.dot(step_m) < 0.0 ? 1U : 0U;
+  }
+  if (back < 2 || 4 * back <= turns) return {};
+  const double path_m = path_of(places_m), sorted_m = path_of(along_their_line(places_m));
+  if (sorted_m > kShorter * path_m) return {};
+  return fmt::format(
+      "VO turns back at {} of {} frames, {:.2f} m in all, and the same places in another order are a drive of {:.2f} "
+      "m: the order of the images' names is not that of time; name them so that it is",
+      back, turns, path_m, sorted_m);
+}
+
+std::string pace_words(const Replay& replay) {
+  constexpr double kLeastPath_m = 0.3, kLongStep_s = 5.0, kSlow_m_s = 0.002, kFast_m_s = 60.0;
+  std::vector<double> steps_s;
+  bool numbers = true;  // of frames, in place of times
+  for (std::size_t i = 0; i < replay.vo.size() && i < replay.frames.size(); ++i) {
+    numbers = numbers && replay.vo[i].stamp_s == static_cast<double>(replay.frames[i].report.number);
+    if (i > 0) steps_s.push_back(replay.vo[i].stamp_s - replay.vo[i - 1].stamp_s);
+  }
+  if (numbers || steps_s.empty() || extent_of(replay.vo).away_m < kLeastPath_m) return {};
+  const double step_s = median(steps_s);
+  const double step_m = path_of(places_of(replay.vo)) / static_cast<double>(steps_s.size());
+  const bool slow = step_s >= kLongStep_s && step_m < kSlow_m_s * step_s;
+  if (!slow && step_m < kFast_m_s * step_s) return {};
+  return fmt::format(
+      "stamps are {:.3g} s and VO's steps {:.3g} m apart, {:.3g} m an hour; are the times {}? write seconds",
+      step_s, step_m, 3600.0 * step_m / step_s, slow ? "milliseconds" : "in a larger unit");
 }
 
 std::string truth_words(const RunErrors& errors) {

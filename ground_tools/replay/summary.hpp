@@ -77,6 +77,15 @@ std::vector<std::string> attitude_doubts(const LocalizerHealth& health);
 /// all poses within 1 mm a frame of the first one (2 to 20 mm in all) and 0.5 degrees. Else empty.
 std::string standing_words(const Replay& replay);
 
+/// Where images are hardly in the order of time, a line that says so; else empty: VO turns back at more than
+/// a quarter of the frames with steps of 5 mm and more before and behind them, and its places in the order in
+/// which they lie along their line make a path of 0.7 of it at most. A drive out and back turns once.
+std::string order_words(const Replay& replay);
+
+/// Where stamps are hardly in seconds, a line that says so; else empty: times, not numbers of frames, by
+/// which the rover drives less than 2 mm a second in steps of 5 s or more, or more than 60 m a second.
+std::string pace_words(const Replay& replay);
+
 /// Where VO and truth can hardly be of the same drive, a line that says so and what to look at; else empty:
 /// on 0.3 m or more, VO's path is longer or shorter by a quarter or more, or ends a quarter of it off. Both
 /// are taken over the frames that have truth.

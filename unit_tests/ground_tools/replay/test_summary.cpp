@@ -110,6 +110,57 @@ void test_standing(void**) {
   assert_true(words(1, 0.0, 0.0).empty());
 }
 
+Replay drive_over(const std::vector<Vec3>& places_m, double interval_s = 1.0, int first_number = 0) {
+  Replay replay;
+  for (const Vec3& place_m : places_m) {
+    const std::size_t i = replay.vo.size();
+    replay.vo.push_back({interval_s * static_cast<double>(i), {Quat(1.0, 0.0, 0.0, 0.0), place_m}});
+    ReplayFrame frame{};
+    frame.report.number = static_cast<std::uint32_t>(first_number) + static_cast<std::uint32_t>(i);
+    replay.frames.push_back(frame);
+  }
+  return replay;
+}
+
+/// Frames that are not in the order of time; drives that turn back now and then, shake, or stand, are.
+void test_order(void**) {
+  const auto words = [](const std::vector<int>& order, double side_m = 0.0, double step_m = 0.06) {
+    std::vector<Vec3> places_m;
+    for (const int i : order)
+      places_m.emplace_back(step_m * i, side_m * static_cast<double>(places_m.size() % 2), 0.0);
+    return order_words(drive_over(places_m));
+  };
+  assert_true(says(words({0, 4, 1, 6, 2, 7, 3, 5}), "VO turns back at 6 of 6 frames, 1.62 m in all"));
+  assert_true(says(words({0, 4, 1, 6, 2, 7, 3, 5}), "are a drive of 0.42 m"));
+  assert_false(words({0, 2, 1, 3, 5, 4, 6, 8, 7, 9}).empty());  // pairs exchanged
+  assert_true(words({0, 1, 2, 3, 4, 5, 6, 7}).empty());
+  assert_true(words({0, 1, 2, 3, 4, 5, 4, 3, 2, 1, 0}).empty());  // out and back
+  assert_true(words({0, 1, 2, 3, 2, 1, 0, 1, 2, 3}).empty());
+  assert_true(words({0, 1, 0}).empty());
+  assert_true(words({0, 1, 2, 3, 4, 5, 6, 7}, 0.12).empty());         // sways, and gets on
+  assert_true(words({0, 4, 1, 6, 2, 7, 3, 5}, 0.0, 0.0005).empty());  // stands
+  assert_true(order_words(drive_over({})).empty());
+}
+
+/// Milliseconds from 0, taken for seconds, are a drive of metres an hour; numbers of frames are no times.
+void test_pace(void**) {
+  const auto words = [](double interval_s, double step_m = 0.06, int first_number = 1) {
+    std::vector<Vec3> places_m;
+    for (int i = 0; i < 10; ++i) places_m.emplace_back(step_m * i, 0.0, 0.0);
+    return pace_words(drive_over(places_m, interval_s, first_number));
+  };
+  assert_true(says(words(50.0), "stamps are 50 s and VO's steps 0.06 m apart, 4.32 m an hour"));
+  assert_true(says(words(50.0), "milliseconds"));
+  assert_true(says(words(0.0005), "larger unit"));
+  assert_true(words(0.05).empty());
+  assert_true(words(20.0).empty());
+  assert_true(words(120.0, 0.6).empty());  // as Spirit drove
+  assert_true(words(0.1, 3.0).empty());    // a car
+  assert_true(words(50.0, 0.001).empty());
+  assert_true(words(1.0, 100.0, 0).empty());
+  assert_false(words(1.0, 100.0, 1).empty());
+}
+
 void test_what_was_found_of_the_rig(void**) {
   Replay replay = drive(3, 0, VoStatus::kMotion);
   assert_true(rig_words(replay).empty());
@@ -154,7 +205,8 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_causes),   cmocka_unit_test(test_counts),
       cmocka_unit_test(test_frozen),   cmocka_unit_test(test_doubted),
-      cmocka_unit_test(test_standing), cmocka_unit_test(test_what_was_found_of_the_rig),
+      cmocka_unit_test(test_standing), cmocka_unit_test(test_order),
+      cmocka_unit_test(test_pace),     cmocka_unit_test(test_what_was_found_of_the_rig),
       cmocka_unit_test(test_heights),  cmocka_unit_test(test_rig_in_the_summary),
   };
   return cmocka_run_group_tests_name("ground_tools/replay/summary", tests, nullptr, nullptr);
