@@ -132,6 +132,19 @@ struct Searched {
   }
 };
 
+/// Of disparities with rows; 0 where all are alike.
+double nearer_below(const std::vector<PatchMatch>& matches) {
+  double row = 0.0, disparity = 0.0;
+  for (const PatchMatch& m : matches) row += m.left_px.y(), disparity += m.disparity_px;
+  row /= static_cast<double>(matches.size()), disparity /= static_cast<double>(matches.size());
+  double cross = 0.0, rows = 0.0, disparities = 0.0;
+  for (const PatchMatch& m : matches) {
+    const double y = m.left_px.y() - row, d = m.disparity_px - disparity;
+    cross += y * d, rows += y * y, disparities += d * d;
+  }
+  return rows * disparities > 0.0 ? cross / std::sqrt(rows * disparities) : 0.0;
+}
+
 /// Where between three samples their parabola has its top, -0.5 to 0.5.
 double top_between(double before, double at, double after) {
   const double bend = before - 2.0 * at + after;
@@ -305,6 +318,12 @@ PairFault rows_disagree(const std::vector<RowFit>& fits, int shrunk) {
         Kind::kSwapped,
         "left and right images are swapped (things lie farther right in the right image), or each is mirrored or "
         "upside down; exchange the folders, or turn the images"};
+  constexpr double kAbove = -0.7;  // ground gives some 0.9
+  if (median_of(fits, &RowFit::nearer_below) < kAbove)
+    return {
+        Kind::kUpsideDown,
+        "what is near lies in the upper part of the images, where the sky should be: they are mirrored top to bottom, "
+        "or the cameras hang upside down; turn the images (and left and right with them, where they are turned)"};
   const double offset = median_of(fits, &RowFit::offset_px), roll = median_of(fits, &RowFit::roll_px);
   const double stretch = median_of(fits, &RowFit::stretch_px), bend = median_of(fits, &RowFit::bend_px);
   const double turned = std::max(std::fabs(roll), std::fabs(stretch));
@@ -389,6 +408,7 @@ std::optional<RowFit> fit_rows(const std::vector<PatchMatch>& matches, int width
   const PatchMatch corner{Vec2(width, height), median(disparities), 0.0};
   fit.bend_px = row_terms(corner, width, height)[3] * terms[3];
   fit.rest_px = median_rest();
+  fit.nearer_below = nearer_below(matches);
   return fit;
 }
 
@@ -427,7 +447,7 @@ PairFault check_pairs(const Drive& drive, std::size_t first, std::size_t end) {
   constexpr double kAgree_px = 0.35;  // pairs of one moment agree to a tenth of a pixel
   const bool match = matched();
   const PairFault fault = match ? rows_disagree(fits, 1 << halvings) : none_matches(whole, dark, grey);
-  if (fault.kind == Kind::kSwapped) return fault;
+  if (fault.kind == Kind::kSwapped || fault.kind == Kind::kUpsideDown) return fault;
   const bool agree = match && (fault.kind == Kind::kNone || fault.kind == Kind::kNoisy) &&
                      median_of(fits, &RowFit::rest_px) < kAgree_px * (1 << halvings);
   const int late = agree ? 0 : late_by(drive, frames, first, end, match ? halvings : 0);

@@ -31,19 +31,20 @@ struct RowFit {
   double offset_px = 0.0;  ///< at the middle of the image
   double roll_px = 0.0;    ///< from the left edge to the right one
   double stretch_px = 0.0;
-  double bend_px = 0.0;  ///< what a lens does: in a corner, at the median disparity
-  double rest_px = 0.0;  ///< median of what remains
-  double swapped = 0.0;  ///< share of disparities below -1 px
+  double bend_px = 0.0;       ///< what a lens does: in a corner, at the median disparity
+  double rest_px = 0.0;       ///< median of what remains
+  double swapped = 0.0;       ///< share of disparities below -1 px
+  double nearer_below = 0.0;  ///< correlation of disparities with rows: 1 over level ground
 };
 /// Nothing where there are fewer than 12 matches.
 std::optional<RowFit> fit_rows(const std::vector<PatchMatch>& matches, int width, int height);
 
 /// What is wrong with the pairs of a drive, with the mend; empty where nothing shows. Looks at three frames
 /// of the range: the same picture twice, a side that shows the next frame's picture, dark, overexposed,
-/// nothing matches, swapped, one image lower, the right image of one of the three frames before or after,
-/// turned or bent images. Most frames have to agree, with 12 matches or more each. Where nothing matches it
-/// is looked for in images of half and of a quarter of the size, which average noise out: what matches there
-/// alone is noisy, and is judged by what is seen there.
+/// nothing matches, swapped, near things above far ones, one image lower, the right image of one of the three
+/// frames before or after, turned or bent images. Most frames have to agree, with 12 matches or more each.
+/// Where nothing matches it is looked for in images of half and of a quarter of the size, which average noise
+/// out: what matches there alone is noisy, and is judged by what is seen there.
 struct PairFault {
   enum class Kind {
     kNone,
@@ -54,6 +55,7 @@ struct PairFault {
     kNothingMatches,
     kNoisy,
     kSwapped,
+    kUpsideDown,
     kLower,
     kLate,
     kTurned,

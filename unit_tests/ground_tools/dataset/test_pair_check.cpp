@@ -149,6 +149,22 @@ void test_swapped(void**) {
          "exchange the folders");
 }
 
+/// Each image mirrored top to bottom, and a wall that is as far everywhere.
+void test_upside_down(void**) {
+  const auto mirrored = [](const Image& image) {
+    return moved(image, [](Vec2 p) { return Vec2(p.x(), kHeight - 1.0 - p.y()); });
+  };
+  expect(with([&](PairImages& pair) {
+           pair.left = mirrored(pair.left);
+           pair.right = mirrored(pair.right);
+         }),
+         PairFault::Kind::kUpsideDown, "mirrored top to bottom");
+  expect(with([](PairImages& pair) {
+           pair.right = moved(pair.left, [](Vec2 p) { return Vec2(p.x() + 12.0, p.y()); });
+         }),
+         PairFault::Kind::kNone, "");
+}
+
 void test_dark_same_and_nothing_in_common(void**) {
   const auto darker = [](PairImages& pair) {
     for (Image* image : {&pair.left, &pair.right}) {
@@ -287,6 +303,7 @@ int main() {
       cmocka_unit_test(test_matches_are_where_they_are),
       cmocka_unit_test(test_right_images_lower),
       cmocka_unit_test(test_swapped),
+      cmocka_unit_test(test_upside_down),
       cmocka_unit_test(test_dark_same_and_nothing_in_common),
       cmocka_unit_test(test_noisy),
       cmocka_unit_test(test_right_images_of_another_frame),
