@@ -7,6 +7,7 @@
 #include "base/output_file.hpp"
 #include "base/tool_error.hpp"
 #include "dataset/image.hpp"
+#include "dataset/image_names.hpp"
 #include "dataset/trajectory.hpp"
 
 namespace fs = std::filesystem;
@@ -14,8 +15,37 @@ namespace fs = std::filesystem;
 namespace cairn::ground {
 namespace {
 
-/// Calibrations under the names that they usually have, best first.
-std::vector<fs::path> find_calibration(const fs::path& folder) {
+std::vector<fs::path> yaml_files(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code failed;
+  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
+    const std::string extension = at->path().extension().string();
+    if (extension == ".yaml" || extension == ".yml") files.push_back(at->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The one, kalibr's one among others, or the two that differ by a word of side; empty where there is doubt.
+std::vector<fs::path> only_rig(const std::vector<fs::path>& files) {
+  if (files.size() == 1) return files;
+  std::vector<fs::path> chains;
+  std::vector<std::string> names;
+  for (const fs::path& file : files) {
+    names.push_back(file.stem().string());
+    if (names.back().find("camchain") != std::string::npos) chains.push_back(file);
+  }
+  if (chains.size() == 1) return chains;
+  const auto pairs = pairs_by_mark(names);
+  if (pairs.size() != 1) return {};
+  const auto file_of = [&](const std::string& name) {
+    return files[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+  };
+  return {file_of(pairs[0].first), file_of(pairs[0].second)};
+}
+
+/// Calibrations under the names that they usually have, best first; else any YAML, where there is no doubt.
+std::vector<fs::path> find_calibration(const fs::path& folder, const fs::path& left, const fs::path& right) {
   const std::vector<std::vector<const char*>> usual = {
       {"calib.txt"},
       {"calib_cam_to_cam.txt"},
@@ -36,14 +66,21 @@ std::vector<fs::path> find_calibration(const fs::path& folder) {
     }
     if (files.size() == names.size()) return files;
   }
-  // Any YAML, where there is no doubt which.
-  std::vector<fs::path> files;
-  std::error_code failed;
-  for (fs::directory_iterator at(folder, failed), end; !failed && at != end; at.increment(failed)) {
-    const std::string extension = at->path().extension().string();
-    if (extension == ".yaml" || extension == ".yml") files.push_back(at->path());
-  }
-  return files.size() == 1 ? files : std::vector<fs::path>();
+  const std::vector<fs::path> here = only_rig(yaml_files(folder));
+  if (!here.empty()) return here;
+  const std::vector<fs::path> beside_left = yaml_files(left), beside_right = yaml_files(right);
+  if (left == right || beside_left.size() != 1 || beside_right.size() != 1) return {};
+  return {beside_left[0], beside_right[0]};  // ROS' ost.yaml
+}
+
+[[noreturn]] void refuse_no_calibration(const fs::path& folder) {
+  std::string others;
+  for (const fs::path& file : yaml_files(folder))
+    others += (others.empty() ? "" : ", ") + file.filename().string();
+  throw ToolError("{}: no such file, nor another calibration under a usual name (doc/guide/drives.md); {}",
+                  (folder / "calib.txt").string(),
+                  others.empty() ? "write one line there: fx fy cx cy baseline (pixels, metres)"
+                                 : fmt::format("of {} give the rig's by --calibration", others));
 }
 
 /// poses.txt and times.txt have a row for each frame number or, where numbers begin late or skip, for each
@@ -61,6 +98,15 @@ std::vector<std::size_t> rows_of_frames(const fs::path& path, std::size_t rows,
   for (const Frame& frame : frames)
     out.push_back(by_number ? static_cast<std::size_t>(frame.number) : out.size());
   return out;
+}
+
+/// KITTI's, here or in poses/ beside sequences/; empty where there are none.
+fs::path find_kitti_poses(const fs::path& folder) {
+  const fs::path whole = fs::canonical(folder);
+  const fs::path official =
+      whole.parent_path().parent_path() / "poses" / (whole.filename().string() + ".txt");
+  if (fs::exists(folder / "poses.txt")) return folder / "poses.txt";
+  return whole.parent_path().filename() == "sequences" && fs::exists(official) ? official : fs::path();
 }
 
 /// A number that stands for a frame or a rock.
@@ -266,6 +312,7 @@ Dataset Dataset::open(const fs::path& folder, const std::vector<fs::path>& calib
     throw ToolError("{}: no such folder; give the data set's folder", folder.string());
   StereoFolder images = find_stereo_images(folder);
   data.left_folder_ = images.left;
+  data.right_folder_ = images.right;
   data.frames_ = std::move(images.frames);
   data.notes_ = std::move(images.notes);
   data.measure_images();
@@ -317,13 +364,9 @@ void Dataset::measure_samples() {
 }
 
 void Dataset::read_calibration(const std::vector<fs::path>& given, ImagesAre images_are) {
-  const std::vector<fs::path> files = given.empty() ? find_calibration(folder_) : given;
-  if (files.empty()) {
-    throw ToolError(
-        "{}: no such file, nor another calibration (doc/guide/drives.md); write one line there: fx fy cx cy "
-        "baseline (pixels, metres)",
-        (folder_ / "calib.txt").string());
-  }
+  const std::vector<fs::path> files =
+      given.empty() ? find_calibration(folder_, left_folder_, right_folder_) : given;
+  if (files.empty()) refuse_no_calibration(folder_);
   const std::string name = left_folder_.filename() == "data" ? left_folder_.parent_path().filename().string()
                                                              : left_folder_.filename().string();
   RigQuestion question;
@@ -420,7 +463,7 @@ void Dataset::read_stamps() {
 void Dataset::read_truth() {
   truth_cam_.resize(frames_.size());
   const fs::path tum = folder_ / "truth_left_camera.tum";
-  const fs::path poses = folder_ / "poses.txt";
+  const fs::path poses = find_kitti_poses(folder_);
   const fs::path euroc = left_folder_.parent_path().parent_path() / "state_groundtruth_estimate0/data.csv";
   if (fs::exists(tum)) {
     const Trajectory truth = read_tum(tum);
@@ -431,7 +474,7 @@ void Dataset::read_truth() {
           tum.string());
     }
     take_stamped(tum, truth);
-  } else if (fs::exists(poses)) {
+  } else if (!poses.empty()) {
     read_kitti_poses(poses);
   } else if (fs::exists(euroc)) {
     const Trajectory truth = read_euroc_truth(euroc, cameras_.T_body_left);

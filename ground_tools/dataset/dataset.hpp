@@ -9,12 +9,13 @@
 ///                or KITTI raw's dates, a row a frame), here or beside the left images. Without them a
 ///                frame's stamp is that of its name where names are times, else its number. Units:
 ///                unit_of_stamps.
-///   truth        optional: truth_left_camera.tum (stamp tx ty tz qx qy qz qw: T_map_cam), or poses.txt
-///                (KITTI: 3x4 row-major T_world_cam, world x right, y down, z forward; of the camera that P0
-///                describes); truth_rover.txt (frame, arc length, x y z, yaw pitch roll in degrees:
-///                T_map_rover); truth_rocks.csv (columns id, x, y, z_ground, diameter, height;
-///                others are ignored). EuRoC's mav0/state_groundtruth_estimate0/data.csv (T_world_body).
-///                Stamped poses up to 0.1 s apart are interpolated.
+///   truth        optional: truth_left_camera.tum (stamp tx ty tz qx qy qz qw: T_map_cam), or KITTI's
+///                poses.txt, also as ../../poses/NN.txt of sequences/NN (3x4 row-major T_world_cam, world
+///                x right, y down, z forward; of the camera that P0 describes); truth_rover.txt (frame,
+///                arc length, x y z, yaw pitch roll in degrees: T_map_rover); truth_rocks.csv (columns id,
+///                x, y, z_ground, diameter, height; others are ignored). EuRoC's
+///                mav0/state_groundtruth_estimate0/data.csv (T_world_body). Stamped poses up to 0.1 s
+///                apart are interpolated.
 ///
 /// Frames. A KITTI-style world becomes `map` by
 ///   x_map = z_world (forward),   y_map = -x_world (left),   z_map = -y_world (up)
@@ -83,6 +84,7 @@ class Dataset : public Drive {
 
   std::filesystem::path folder_;
   std::filesystem::path left_folder_;
+  std::filesystem::path right_folder_;
   StereoRig rig_;
   int file_width_px_ = 0;  ///< of most images that can be read
   int file_height_px_ = 0;

@@ -90,6 +90,47 @@ void test_kitti_colour_pair(void**) {
   assert_near((data.truth_cam(1)->t - Vec3(2.0, 0.06, 0.0)).norm(), 0.0, 1e-12);
 }
 
+/// KITTI's poses as they are handed out: poses/07.txt beside sequences/07.
+void test_poses_beside_sequences(void**) {
+  make_pairs("odometry/sequences/07", "image_0", "image_1", {"000000", "000001"});
+  scratch.file("odometry/sequences/07/calib.txt", kRows);
+  scratch.file("odometry/poses/07.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 2\n");
+  static Dataset data;
+  data = Dataset::open(scratch.path("odometry/sequences/07"));
+  assert_near(data.truth_cam(1)->t.x(), 2.0, 1e-12);
+  std::filesystem::rename(scratch.path("odometry/sequences"), scratch.path("odometry/others"));
+  data = Dataset::open(scratch.path("odometry/others/07"));
+  assert_false(data.truth_cam(1).has_value());
+}
+
+/// Calibrations under names that no list has: the one, kalibr's among others, left's and right's, or one in
+/// each folder of images. Where there is doubt, files are named.
+void test_calibrations_by_any_name(void**) {
+  const auto info = [](const char* tx) {
+    return std::string("image_width: 64\nimage_height: 48\nprojection_matrix:\n  data: [400, 0, 31.5, ") +
+           tx + ", 0, 400, 23.5, 0, 0, 0, 1, 0]\n";
+  };
+  const auto opens = [](const std::string& set) { return Dataset::open(scratch.path(set)).rig().baseline_m; };
+  const std::string keys = "fx: 400\nfy: 400\ncx: 31.5\ncy: 23.5\nbaseline: 0.12\n";
+  for (const char* set : {"alone", "chain", "sides", "within", "doubt"})
+    make_pairs(set, "left", "right", {"0"});
+  scratch.file("alone/rig.yaml", keys);
+  assert_near(opens("alone"), 0.12, 1e-12);
+  scratch.file("chain/bag-camchain.yaml", keys);
+  scratch.file("chain/imu.yaml", "rate: 200\n");
+  assert_near(opens("chain"), 0.12, 1e-12);
+  scratch.file("sides/right_info.yaml", info("-48"));
+  scratch.file("sides/left_info.yaml", info("0"));
+  scratch.file("sides/imu.yaml", "rate: 200\n");
+  assert_near(opens("sides"), 0.12, 1e-12);
+  scratch.file("within/left/ost.yaml", info("0"));
+  scratch.file("within/right/ost.yaml", info("-48"));
+  assert_near(opens("within"), 0.12, 1e-12);
+  scratch.file("doubt/rig.yaml", keys);
+  scratch.file("doubt/imu.yaml", "rate: 200\n");
+  assert_refused(opens("doubt"), "of imu.yaml, rig.yaml give the rig's by --calibration");
+}
+
 // The camera of poses.txt is the left one, wherever the calibration has an IMU.
 void test_poses_are_the_cameras(void**) {
   const char kCamera[] =
@@ -627,6 +668,8 @@ int main() {
       cmocka_unit_test(test_plain_layout),
       cmocka_unit_test(test_kitti_layout),
       cmocka_unit_test(test_kitti_colour_pair),
+      cmocka_unit_test(test_poses_beside_sequences),
+      cmocka_unit_test(test_calibrations_by_any_name),
       cmocka_unit_test(test_poses_are_the_cameras),
       cmocka_unit_test(test_missing_images_are_frames),
       cmocka_unit_test(test_stamps_by_number),
