@@ -636,6 +636,7 @@ MapFixStatus Localizer::start_stage(FixStage stage, const LocalMap& local) {
   if (by_landmarks()) {
     params.search.evidence.sigma_pair_m = landmarks_.sigma_pair_m(map_.pixel_m());
     params.lost.sigma_pair_m = params.search.evidence.sigma_pair_m;
+    verdict.view_limit = params_.landmarks.view_nats;
   }
   params.search.fresh_only = stage == FixStage::kConfirm;
   if (stage == FixStage::kConfirm || stage == FixStage::kTake)

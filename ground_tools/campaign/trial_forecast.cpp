@@ -88,7 +88,7 @@ double robust_sigma(std::vector<double> values, double otherwise) {
 
 DriveEvidence evidence_of(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                           const std::vector<PathPoint>& drive, const LocalMaps& snapshots) {
-  const Sweep sweep(model.rig, model.max_range_m, model.tracks);
+  const Sweep sweep(model.rig, model.max_range_m, model.tracks, model.window_m);
   const double gate_m = model.same_within_m;
   DriveEvidence evidence;
   std::vector<Vec2> residuals_m;

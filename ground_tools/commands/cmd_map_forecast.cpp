@@ -47,8 +47,8 @@ struct ForecastOptions {
   std::vector<std::function<void(ForecastModel&)>> changes;
 };
 
-ForecastModel model_of(const ForecastOptions& options, cmap::Method method) {
-  ForecastModel model = mission_model(method);
+ForecastModel model_of(const ForecastOptions& options, const CmapContent& map) {
+  ForecastModel model = mission_model(map.method, map.pixel_m);
   for (const auto& change : options.changes) change(model);
   check_model(model, "map forecast");
   model.sigma_start_xy_m = options.model.sigma_start_xy_m;
@@ -92,7 +92,7 @@ void run(const ForecastOptions& options) {
   }
   const CmapContent map = decode_cmap(read_file(options.map), options.map.string());
   warn_of_scale(options.map, map);
-  const ForecastModel model = model_of(options, map.method);
+  const ForecastModel model = model_of(options, map);
   const std::vector<PathPoint> drive = planned(options, map);
   warn_of_fit(options);
   ProgressLine progress(fmt::format("map forecast {}", options.map.filename().string()));

@@ -9,12 +9,15 @@
 #include "base/event_count.hpp"
 #include "forecast/proof.hpp"
 #include "forecast/unmapped.hpp"
+#include "localizer/landmarks.hpp"
 
 namespace cairn::ground {
 namespace {
 
 constexpr double kSure = 0.98;             // of FixStation::needed
+constexpr double kCoarsePixel_m = 0.035;   // such maps have large boulders alone
 constexpr double kSpotCell_m = 0.25;       // of the swept ground
+constexpr double kLongSpotCell_m = 1.0;    // of that of landmarks, tens of metres long
 constexpr double kVarianceFreedom = 10.0;  // of the pairs' variance in the verdict's covariance
 
 /// The error of localizer/pose_fusion.hpp, of which the covariance alone is carried:
@@ -93,7 +96,8 @@ class TrueOnes {
       : model_(model) {
     for (const TableBoulder& b : footprint) {
       places_m_.push_back(b.p_map_m - Vec2(at.x_m, at.y_m));
-      found_.push_back(std::clamp(b.confidence, 0.0, 1.0) * model.detection(b.diameter_m, shift));
+      found_.push_back(std::clamp(b.confidence, 0.0, 1.0) * model.detection(b.diameter_m, shift) *
+                       placed(b.diameter_m));
     }
   }
 
@@ -139,6 +143,12 @@ class TrueOnes {
   }
 
  private:
+  /// Share of those found that lie near enough to where they are to be a pair.
+  double placed(double diameter_m) const {
+    if (!(model_.misplaced_from_m > 0.0)) return 1.0;
+    return 1.0 / (1.0 + std::pow(diameter_m / model_.misplaced_from_m, 4.0));
+  }
+
   const ForecastModel& model_;
   std::vector<Vec2> places_m_;  ///< about the rover, map axes
   std::vector<double> found_;
@@ -178,7 +188,7 @@ double fresh_share_of(const Sweep& sweep, const std::vector<PathPoint>& drive, s
   for (const TableBoulder& b : footprint) {
     const double found = b.confidence * detection(b.diameter_m);
     bool seen = false;
-    for (std::size_t frame = sweep.first_of_window(last); frame <= previous && !seen; ++frame)
+    for (std::size_t frame = sweep.first_of_window(drive, last); frame <= previous && !seen; ++frame)
       seen = sweep.in_view(drive[frame], b.p_map_m);
     all += found;
     fresh += seen ? 0.0 : found;
@@ -229,11 +239,30 @@ std::vector<BlindStretch> blind_stretches(const Forecast& made, const std::vecto
   return all;
 }
 
+/// On maps of such pixels (doc/RESULTS.md, 5 and 10 cm a pixel): found from 3.2 pixels on; a place is good to
+/// the map's part of a pixel, a fifth of a boulder of four, and what drifts over a quarter of the window.
+void serve_by_landmarks(double pixel_m, ForecastModel& model) {
+  const LandmarkParams landmarks;
+  const double way_m = 0.25 * landmarks.window_m;
+  model.window_m = landmarks.window_m;
+  model.max_range_m = cfg::kMission.relief_range_m;
+  model.detection = {0.9, 3.2 * pixel_m, 8.0, 0.4};
+  model.sigma_common_m = landmarks.common_share * pixel_m;
+  model.sigma_pair_m =
+      std::hypot(landmarks.pixel_share * pixel_m, 0.2 * 4.0 * pixel_m, landmarks.drift_share * way_m);
+  model.evidence.sigma_pair_m = model.sigma_pair_m;
+}
+
 }  // namespace
 
-ForecastModel mission_model(cmap::Method method) {
+ForecastModel mission_model(cmap::Method method, double pixel_m) {
   ForecastModel model;
   model.rig = app::mission_rig();
+  if (cfg::kHaveLandmarks && pixel_m >= cfg::kMission.landmark_least_pixel_m) {
+    serve_by_landmarks(pixel_m, model);
+    return model;
+  }
+  if (pixel_m >= kCoarsePixel_m) model.misplaced_from_m = 0.28;
   if (method == cmap::Method::kOtsu) {
     // Blobs are shadows, moved and of another size, and many are none of boulders.
     model.detection = {0.68, 0.086, 6.3, 1.09};
@@ -278,7 +307,8 @@ ForecastModel model_for(const ForecastModel& model, const std::vector<TableBould
 Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                   const std::vector<PathPoint>& drive, const std::function<void(double)>& done) {
   CAIRN_ASSERT(!drive.empty());
-  const Sweep sweep(model.rig, model.max_range_m, model.tracks);
+  const Sweep sweep(model.rig, model.max_range_m, model.tracks, model.window_m);
+  const double spot_m = model.window_m > 0.0 ? kLongSpotCell_m : kSpotCell_m;
   const std::vector<TableBoulder> near = near_drive(boulders, drive, sweep.reach_m());
   const MapExtent box = extent_of(boulders);
   const double size_m = std::hypot(box.max_x_m - box.min_x_m, box.max_y_m - box.min_y_m);
@@ -297,8 +327,8 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
                  [&](const TableBoulder& b) { return sweep.in_footprint(drive, last, b.p_map_m); });
     const ErrorCovariance& before = error.covariance();
     station.per_m2 = density_at(boulders, box, station.at, model.map_window_radius_m);
-    station.clutter = model.clutter_per_m2 * kSpotCell_m * kSpotCell_m *
-                      static_cast<double>(sweep.spots(drive, last, kSpotCell_m).size());
+    station.clutter =
+        model.clutter_per_m2 * spot_m * spot_m * static_cast<double>(sweep.spots(drive, last, spot_m).size());
     Demand demand;
     demand.proof.per_m2 = station.per_m2;
     demand.proof.sigma_m = model.evidence.sigma_pair_m;

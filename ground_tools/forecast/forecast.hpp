@@ -43,12 +43,16 @@ struct ForecastModel {
   double max_range_m = cfg::kMission.boulder_max_range_m;
   double map_window_radius_m = cfg::kMission.map_window_radius_m;  ///< over which density is taken
   TrackParams tracks;
+  double window_m = 0.0;  ///< of way, where landmarks serve the map; 0: the tracks' window
   EvidenceParams evidence;
   VerdictParams verdict;
   double track_log_odds = cfg::kMission.track_log_odds;
   double same_within_m = cfg::kMission.icp_gate_final_m;  ///< a ground boulder and the map's, of campaigns
   FusionParams fusion;
   DetectionCurve detection;
+  /// The window's frames show the near side of a large boulder: from this diameter on less than half of those
+  /// found are pairs. 0: all are, as on maps whose small boulders make up for it.
+  double misplaced_from_m = 0.0;
   double clutter_per_m2 = 0.0;    ///< of the swept ground: local boulders that are none of the map's, and
                                   ///< not for its resolution
   double sigma_pair_m = 0.022;    ///< of a right pair, per axis; the flight module's own where that is larger
@@ -60,8 +64,9 @@ struct ForecastModel {
 };
 
 /// The mission's rig, and what drives told of maps of that method (doc/RESULTS.md tells which
-/// drives): the defaults above are of the shadow-aware detector, and taken for tables, too.
-ForecastModel mission_model(cmap::Method method = cmap::Method::kShadow);
+/// drives): the defaults above are of the shadow-aware detector, and taken for tables, too. Where the mission
+/// keeps landmarks for maps of such pixels, the model is theirs: lengths go with the pixel.
+ForecastModel mission_model(cmap::Method method = cmap::Method::kShadow, double pixel_m = 0.0);
 
 /// A Gaussian in the plane: standard deviations along its axes, and where the longer one points,
 /// counter-clockwise from east, in (-pi/2, pi/2].

@@ -183,7 +183,7 @@ void draw_errors(Svg& svg, const Panel& panel, const Forecast& made) {
 std::string plot_forecast(const Forecast& made, const ForecastModel& model,
                           const std::vector<TableBoulder>& boulders, const std::vector<PathPoint>& drive,
                           const ForecastSource& source) {
-  const Sweep sweep(model.rig, model.max_range_m, model.tracks);
+  const Sweep sweep(model.rig, model.max_range_m, model.tracks, model.window_m);
   const Box view = view_of(drive, sweep.reach_m());
   const double px_per_m = std::min(kWidth / view.size_m().x(), kTallest / view.size_m().y());
   const Panel above{kLeft, kTop, px_per_m * view.size_m().x(), px_per_m * view.size_m().y(), view};

@@ -103,12 +103,13 @@ std::vector<std::size_t> fix_frames(std::size_t frames) {
   return all;
 }
 
-Sweep::Sweep(const StereoRig& rig, double max_range_m, const TrackParams& tracks)
+Sweep::Sweep(const StereoRig& rig, double max_range_m, const TrackParams& tracks, double window_m)
     : rig_(rig),
       T_cam_rover_(rig.T_rover_cam.inverse()),
       max_range_m_(max_range_m),
       reach_m_(max_range_m + rig.T_rover_cam.t.head<2>().norm()),
-      tracks_(tracks) {}
+      tracks_(tracks),
+      window_m_(window_m) {}
 
 bool Sweep::in_view(const PathPoint& at, const Vec2& p_map_m) const {
   const Vec2 p_rover_m = Pose2{at.x_m, at.y_m, at.yaw_rad}.inverse() * p_map_m;
@@ -120,21 +121,29 @@ bool Sweep::in_view(const PathPoint& at, const Vec2& p_map_m) const {
          at_px.v_left <= rig_.height_px - 1.0;
 }
 
-std::size_t Sweep::first_of_window(std::size_t last) const {
+std::size_t Sweep::first_of_window(const std::vector<PathPoint>& drive, std::size_t last) const {
+  if (window_m_ > 0.0) {
+    std::size_t first = last;
+    while (first > 0 && drive[last].arc_m - drive[first - 1].arc_m <= window_m_) --first;
+    return first;
+  }
   const auto window = static_cast<std::size_t>(tracks_.window_frames);
   return last > window ? last - window : 0;
 }
 
 int Sweep::frames_in_view(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m) const {
   int count = 0;
-  for (std::size_t i = first_of_window(last); i <= last; ++i) count += in_view(drive[i], p_map_m) ? 1 : 0;
+  for (std::size_t i = first_of_window(drive, last); i <= last; ++i) {
+    const Vec2 off = p_map_m - Vec2(drive[i].x_m, drive[i].y_m);
+    count += off.squaredNorm() <= reach_m_ * reach_m_ && in_view(drive[i], p_map_m) ? 1 : 0;
+  }
   return count;
 }
 
 std::vector<Vec2> Sweep::spots(const std::vector<PathPoint>& drive, std::size_t last, double cell_m) const {
   Vec2 low = Vec2::Constant(1.0e300);
   Vec2 high = Vec2::Constant(-1.0e300);
-  for (std::size_t i = first_of_window(last); i <= last; ++i) {
+  for (std::size_t i = first_of_window(drive, last); i <= last; ++i) {
     low = low.cwiseMin(Vec2(drive[i].x_m, drive[i].y_m));
     high = high.cwiseMax(Vec2(drive[i].x_m, drive[i].y_m));
   }

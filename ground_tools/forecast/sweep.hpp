@@ -2,7 +2,8 @@
 ///
 /// The ground is taken as flat and the rover as level. A spot is in view in a frame where both images show it
 /// and it lies no farther from the left camera, seen from above, than boulders are looked for. It is in the
-/// footprint of a fix where that was so in `min_sightings` frames or more of the local map's window.
+/// footprint of a fix where that was so in `min_sightings` frames or more of the local map's window: of
+/// frames, or, where landmarks serve the map (localizer/landmarks.hpp), of way.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +36,8 @@ std::vector<std::size_t> fix_frames(std::size_t frames);
 
 class Sweep {
  public:
-  Sweep(const StereoRig& rig, double max_range_m, const TrackParams& tracks);
+  /// `window_m` 0: the tracks' window.
+  Sweep(const StereoRig& rig, double max_range_m, const TrackParams& tracks, double window_m = 0.0);
 
   bool in_view(const PathPoint& at, const Vec2& p_map_m) const;
   /// In how many frames of the window that ends with frame `last` the spot is in view.
@@ -43,7 +45,7 @@ class Sweep {
   bool in_footprint(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m) const {
     return frames_in_view(drive, last, p_map_m) >= tracks_.min_sightings;
   }
-  std::size_t first_of_window(std::size_t last) const;
+  std::size_t first_of_window(const std::vector<PathPoint>& drive, std::size_t last) const;
   /// Nothing farther than this from the rover is in view.
   double reach_m() const { return reach_m_; }
   /// Spots of a square grid in the footprint, each for cell_m^2 of ground.
@@ -55,6 +57,7 @@ class Sweep {
   double max_range_m_;
   double reach_m_;
   TrackParams tracks_;
+  double window_m_;
 };
 
 }  // namespace cairn::ground

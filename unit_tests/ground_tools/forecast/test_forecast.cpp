@@ -88,8 +88,8 @@ void test_frames_of_the_window(void**) {
   const int whole = sweep.frames_in_view(drive, 150, Vec2(drive[150].x_m, 0.0));
   assert_in_range(whole, 44, 45);
   assert_int_equal(sweep.frames_in_view(drive, 150, Vec2(drive[150].x_m - 4.0, 0.0)), 0);  // left the window
-  assert_int_equal(sweep.first_of_window(150), 90);
-  assert_int_equal(sweep.first_of_window(24), 0);
+  assert_int_equal(sweep.first_of_window(drive, 150), 90);
+  assert_int_equal(sweep.first_of_window(drive, 24), 0);
   // min_sightings: what comes into view two frames before the end is not in the footprint.
   const double edge_m = drive[150].x_m + std::sqrt(9.0 - 0.06 * 0.06);
   assert_true(sweep.in_footprint(drive, 150, Vec2(edge_m - 2.0 * 0.06 - 0.01, 0.0)));
@@ -505,6 +505,39 @@ void test_within_a_disc(void**) {
   assert_near(within_disc({0.25, 0.08, 1.0}, 0.2), static_cast<double>(inside) / kDraws, 0.005);
 }
 
+/// Of way, where landmarks serve the map: turning on the spot forgets nothing.
+void test_a_window_of_way(void**) {
+  const ForecastModel model = mission_model();
+  const Sweep sweep(model.rig, model.max_range_m, model.tracks, 10.0);
+  std::vector<PathPoint> drive = straight(20.0);
+  const std::size_t last = drive.size() - 1;
+  assert_near(drive[sweep.first_of_window(drive, last)].arc_m, drive[last].arc_m - 10.0, 0.061);
+  assert_true(sweep.in_footprint(drive, last, Vec2(drive[last].x_m - 6.0, 0.0)));
+  assert_false(sweep.in_footprint(drive, last, Vec2(drive[last].x_m - 12.0, 0.0)));
+  PathPoint standing = drive.back();
+  for (int i = 0; i < 500; ++i) drive.push_back(standing);
+  assert_true(sweep.in_footprint(drive, drive.size() - 1, Vec2(standing.x_m - 6.0, 0.0)));
+}
+
+/// A window of frames shows the near side of large boulders, and a coarse map has no others.
+void test_coarse_maps_and_what_serves_them(void**) {
+  const ForecastModel fine = mission_model(cmap::Method::kShadow, 0.02);
+  const ForecastModel coarse = mission_model(cmap::Method::kShadow, 0.2);
+  std::vector<TableBoulder> large = field(-4.0, 30.0, 1.0);
+  for (TableBoulder& b : large) b.diameter_m = 0.45;
+  const auto expected = [&](const ForecastModel& model) {
+    double sum = 0.0;
+    for (const FixStation& s : forecast(model, large, straight(24.0)).stations) sum += s.applied;
+    return sum;
+  };
+  if (cfg::kHaveLandmarks) {
+    assert_true(coarse.window_m > 10.0 && coarse.sigma_common_m > 2.0 * fine.sigma_common_m);
+  } else {
+    assert_near(coarse.window_m, 0.0, 0.0);
+    assert_at_most(expected(coarse), 0.3 * expected(fine));
+  }
+}
+
 }  // namespace
 
 int main() {
@@ -529,6 +562,8 @@ int main() {
       cmocka_unit_test(test_both_outcomes_are_carried_on),
       cmocka_unit_test(test_ellipses),
       cmocka_unit_test(test_within_a_disc),
+      cmocka_unit_test(test_a_window_of_way),
+      cmocka_unit_test(test_coarse_maps_and_what_serves_them),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
