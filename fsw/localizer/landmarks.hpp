@@ -49,8 +49,8 @@ struct LandmarkParams {
   double rims_m = 1.6 * cfg::kMission.relief_cell_m;
   double again = 0.6;  ///< seen from so much nearer than when a fix was made of it, a landmark is fresh
   double drift_share = 0.004;
-  /// Of VerdictParams::view_log: few are in view, and those that a map leaves out stand together. At 100 to 1,
-  /// as of the window, one right fix in 300 was taken for a slip.
+  /// Of VerdictParams::view_log: few are in view, and those that a map leaves out stand together. At 100 to
+  /// 1, as of the window, one right fix in 300 was taken for a slip.
   double view_nats = 9.2;
   double pixel_share = 0.4;   ///< error of a boulder's place in the map, on an axis, pixels
   double common_share = 0.4;  ///< what all of them have of it in common: sunlit sides, a shift of the image
