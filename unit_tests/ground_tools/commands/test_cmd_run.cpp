@@ -155,6 +155,36 @@ void test_an_image_that_cannot_be_read_is_a_warning(void**) {
   assert_int_equal(cairn("run" + set("holes") + out() + kStart + " --no-map"), 0);
   assert_true(errors.find("cairn: warning: ") == 0 && errors.find("left/1.png") != std::string::npos);
   fs::remove_all(scratch.path("out"));
+  // Of many five are told by name.
+  make_drive("ruins", 0, false, 10);
+  for (int i = 2; i < 10; ++i) scratch.file("ruins/left/" + std::to_string(i) + ".png", "no PNG");
+  assert_int_equal(cairn("run" + set("ruins") + out() + kStart + " --no-map"), 0);
+  assert_true(errors.find("ruins/left/6.png") != std::string::npos &&
+              errors.find("ruins/left/7.png") == std::string::npos);
+  assert_true(errors.find("cairn: warning: and 3 more of that kind\n") != std::string::npos);
+  fs::remove_all(scratch.path("out"));
+}
+
+/// Times in milliseconds from 0; then two pairs of frames that changed places.
+void test_order_and_times_are_told(void**) {
+  const auto expect = [](const char* words) {
+    assert_int_equal(cairn("run" + set("mixed") + out() + kStart + " --no-map"), 0);
+    if (!test::is_one_line(errors) || errors.find(words) == std::string::npos)
+      fail_msg("no '%s' in '%s'", words, errors.c_str());
+    fs::remove_all(scratch.path("out"));
+  };
+  make_drive("mixed", 0, false, 8);
+  scratch.file("mixed/times.txt", "0\n50\n100\n150\n200\n250\n300\n350\n");
+  expect("mixed: stamps are 50 s and ");
+  for (const char* side : {"mixed/left/", "mixed/right/"}) {
+    const auto image = [&](const char* name) { return scratch.path(std::string(side) + name); };
+    for (const auto& [a, b] : {std::pair("1.png", "4.png"), {"3.png", "6.png"}}) {
+      fs::rename(image(a), image("spare"));
+      fs::rename(image(b), image(a));
+      fs::rename(image("spare"), image(b));
+    }
+  }
+  expect("mixed: VO turns back at ");
 }
 
 // The one exit code that scripts look at: results are written, and yet nothing was driven. No pair is usable,
@@ -498,6 +528,7 @@ int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_good_runs),
       cmocka_unit_test(test_an_image_that_cannot_be_read_is_a_warning),
+      cmocka_unit_test(test_order_and_times_are_told),
       cmocka_unit_test(test_a_drive_that_never_moved_fails),
       cmocka_unit_test(test_a_rover_that_stands_is_told_from_frozen_images),
       cmocka_unit_test(test_what_images_say_is_told),
