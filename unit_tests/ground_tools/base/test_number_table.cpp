@@ -57,6 +57,7 @@ void test_csv_of_spreadsheets(void**) {
   const CsvTable quoted(scratch.file("quoted.csv", "x,y\n\"1,5\",\"2\"\n"));
   assert_near(quoted.number(0, 0), 1.5, 0.0);
   assert_refused(CsvTable(scratch.file("wide.csv", std::string("\xFF\xFEx\0", 4))), "UTF-8");
+  assert_refused(read_number_rows(scratch.file("wide.txt", std::string("\xFE\xFF\0\x31", 4))), "UTF-8");
 }
 
 /// What else spreadsheets write: each of these is the row 1.5, 2.5, 0.5.

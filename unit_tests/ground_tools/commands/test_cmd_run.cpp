@@ -367,6 +367,24 @@ void test_masks(void**) {
   fs::remove_all(scratch.path("out"));
   assert_int_equal(cairn("run" + drive + raw + mask(256, 96, 32)), 1);
   assert_true(errors.find("the raw left images 256 x 192") != std::string::npos);
+  // The same by the command for the mission's table, which has the size from the calibration alone.
+  const auto camera = [](const char* more) {
+    return std::string("  intrinsics: [200, 200, 127.5, 95.5]\n  resolution: [256, 192]\n") +
+           "  distortion_model: radtan\n  distortion_coeffs: [-0.1, 0, 0, 0]\n" + more;
+  };
+  const std::string chain =
+      scratch
+          .file("chain.yaml", "cam0:\n" + camera("") + "cam1:\n" +
+                                  camera("  T_cn_cnm1: [[1,0,0,-0.12],[0,1,0,0],[0,0,1,0],[0,0,0,1]]\n"))
+          .string();
+  const std::string table = "mask " + scratch.path("mask.png").string() + " -o " +
+                            scratch.path("own_hardware.hpp").string() + " --calibration ";
+  mask(256, 192, 160);
+  assert_int_equal(cairn(table + chain), 0);
+  assert_true(fs::exists(scratch.path("own_hardware.hpp")));
+  test::check_refusal(scratch, table + scratch.path("raw.txt").string(), "raw.txt: tells no size", "add it");
+  mask(256, 96, 32);
+  test::check_refusal(scratch, table + chain, "mask.png: has 256 x 96", "the raw left images 256 x 192");
 }
 
 /// A map with a bad tile flies without that tile; who looks at such a flight on the ground says so.
