@@ -139,8 +139,8 @@ std::optional<TrialForecast> forecast_trial(const ForecastModel& model, const fs
   const std::vector<PathPoint> drive = sim::plan(sim::load_scene(folder / "scene.toml"));
   TrialForecast trial;
   const CsvTable fixes(folder / "fixes.csv", kMendTrial);
-  trial.fixes =
-      fixes_of(forecast(model_for(model, map.boulders, map.extent), map.boulders, drive), fixes, seed);
+  trial.fixes = fixes_of(
+      forecast(model_for(model, map.boulders, map.extent, map.pixel_m), map.boulders, drive), fixes, seed);
   if (!fs::exists(folder / "seen.csv", ignored)) return trial;
   LocalMaps snapshots;
   for (std::size_t row = 0; row < fixes.size(); ++row) {

@@ -96,7 +96,7 @@ void run(const ForecastOptions& options) {
   const std::vector<PathPoint> drive = planned(options, map);
   warn_of_fit(options);
   ProgressLine progress(fmt::format("map forecast {}", options.map.filename().string()));
-  const Forecast made = forecast(model_for(model, map.boulders, map.extent), map.boulders, drive,
+  const Forecast made = forecast(model_for(model, map.boulders, map.extent, map.pixel_m), map.boulders, drive,
                                  [&](double share) { progress.show(share); });
   progress.clear();
   const ForecastSource source{options.map.string(), options.path.string(), map.reference_system};

@@ -151,7 +151,7 @@ void uplink(UplinkOptions options) {
   warn_of_scale(options.map, whole);
   if (!options.fixes.empty()) options.params.fixes_s_m = fixes_of(options.fixes, path);
   UplinkParams params = options.params;
-  params.found = [curve = mission_model(whole.method).detection](const TableBoulder& b) {
+  params.found = [curve = mission_model(whole.method, whole.pixel_m).detection](const TableBoulder& b) {
     return b.confidence * curve(b.diameter_m);
   };
   const Cut cut = cut_corridor(read_file(options.map), options.map.string(), path, params, base);

@@ -31,9 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// From here on the boulders of a window of frames are too few to prove a fix (doc/RESULTS.md, 5 and 10 cm).
+/// Maps of such pixels and coarser hold large boulders alone: those in a window of frames are too few to
+/// prove a fix (doc/RESULTS.md, maps of 5 and 10 cm a pixel).
 constexpr double kCoarsePixel_m = 0.035;
-
 constexpr int kStood = 3;  ///< exit status: driven, and nothing moved
 
 struct RunOptions {

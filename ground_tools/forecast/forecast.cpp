@@ -15,7 +15,6 @@ namespace cairn::ground {
 namespace {
 
 constexpr double kSure = 0.98;             // of FixStation::needed
-constexpr double kCoarsePixel_m = 0.035;   // such maps have large boulders alone
 constexpr double kSpotCell_m = 0.25;       // of the swept ground
 constexpr double kLongSpotCell_m = 1.0;    // of that of landmarks, tens of metres long
 constexpr double kVarianceFreedom = 10.0;  // of the pairs' variance in the verdict's covariance
@@ -96,8 +95,9 @@ class TrueOnes {
       : model_(model) {
     for (const TableBoulder& b : footprint) {
       places_m_.push_back(b.p_map_m - Vec2(at.x_m, at.y_m));
-      found_.push_back(std::clamp(b.confidence, 0.0, 1.0) * model.detection(b.diameter_m, shift) *
-                       placed(b.diameter_m));
+      const bool offered = !(model.largest_m > 0.0) || b.diameter_m <= model.largest_m;
+      const double sure = offered ? std::clamp(b.confidence, 0.0, 1.0) : 0.0;
+      found_.push_back(sure * model.detection(b.diameter_m, shift));
     }
   }
 
@@ -143,12 +143,6 @@ class TrueOnes {
   }
 
  private:
-  /// Share of those found that lie near enough to where they are to be a pair.
-  double placed(double diameter_m) const {
-    if (!(model_.misplaced_from_m > 0.0)) return 1.0;
-    return 1.0 / (1.0 + std::pow(diameter_m / model_.misplaced_from_m, 4.0));
-  }
-
   const ForecastModel& model_;
   std::vector<Vec2> places_m_;  ///< about the rover, map axes
   std::vector<double> found_;
@@ -239,6 +233,10 @@ std::vector<BlindStretch> blind_stretches(const Forecast& made, const std::vecto
   return all;
 }
 
+bool landmarks_serve(double pixel_m) {
+  return cfg::kHaveLandmarks && pixel_m >= cfg::kMission.landmark_least_pixel_m;
+}
+
 /// On maps of such pixels (doc/RESULTS.md, 5 and 10 cm a pixel): found from 3.2 pixels on; a place is good to
 /// the map's part of a pixel, a fifth of a boulder of four, and what drifts over a quarter of the window.
 void serve_by_landmarks(double pixel_m, ForecastModel& model) {
@@ -246,6 +244,7 @@ void serve_by_landmarks(double pixel_m, ForecastModel& model) {
   const double way_m = 0.25 * landmarks.window_m;
   model.window_m = landmarks.window_m;
   model.max_range_m = cfg::kMission.relief_range_m;
+  model.largest_m = landmarks.max_diameter_m;
   model.detection = {0.9, 3.2 * pixel_m, 8.0, 0.4};
   model.sigma_common_m = landmarks.common_share * pixel_m;
   model.sigma_pair_m =
@@ -258,11 +257,10 @@ void serve_by_landmarks(double pixel_m, ForecastModel& model) {
 ForecastModel mission_model(cmap::Method method, double pixel_m) {
   ForecastModel model;
   model.rig = app::mission_rig();
-  if (cfg::kHaveLandmarks && pixel_m >= cfg::kMission.landmark_least_pixel_m) {
+  if (landmarks_serve(pixel_m)) {
     serve_by_landmarks(pixel_m, model);
     return model;
   }
-  if (pixel_m >= kCoarsePixel_m) model.misplaced_from_m = 0.28;
   if (method == cmap::Method::kOtsu) {
     // Blobs are shadows, moved and of another size, and many are none of boulders.
     model.detection = {0.68, 0.086, 6.3, 1.09};
@@ -298,8 +296,9 @@ double within_disc(const Ellipse& ellipse, double radius_m) {
 }
 
 ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
-                        const MapExtent& extent) {
+                        const MapExtent& extent, double pixel_m) {
   ForecastModel adapted = model;
+  if (adapted.window_m == 0.0 && landmarks_serve(pixel_m)) serve_by_landmarks(pixel_m, adapted);
   adapted.clutter_per_m2 += unmapped_per_m2(boulders, extent, model.detection);
   return adapted;
 }

@@ -50,9 +50,7 @@ struct ForecastModel {
   double same_within_m = cfg::kMission.icp_gate_final_m;  ///< a ground boulder and the map's, of campaigns
   FusionParams fusion;
   DetectionCurve detection;
-  /// The window's frames show the near side of a large boulder: from this diameter on less than half of those
-  /// found are pairs. 0: all are, as on maps whose small boulders make up for it.
-  double misplaced_from_m = 0.0;
+  double largest_m = 0.0;         ///< larger ones are not offered to a fix; 0: all are
   double clutter_per_m2 = 0.0;    ///< of the swept ground: local boulders that are none of the map's, and
                                   ///< not for its resolution
   double sigma_pair_m = 0.022;    ///< of a right pair, per axis; the flight module's own where that is larger
@@ -120,9 +118,10 @@ struct Forecast {
   PoseSigma at_end;
 };
 
-/// The model for a map: what the map is too coarse for is added to the clutter (forecast/unmapped.hpp).
+/// The model for a map: of landmarks, where they serve its pixel and the model is not theirs yet; what the
+/// map is too coarse for is added to the clutter (forecast/unmapped.hpp).
 ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
-                        const MapExtent& extent);
+                        const MapExtent& extent, double pixel_m = 0.0);
 
 /// Takes the model as it stands. Asks for at least one frame. `done` is told the share of the drive.
 Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,

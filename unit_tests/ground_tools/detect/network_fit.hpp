@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <filesystem>
 #include <numeric>
 #include <string>
 #include <vector>
 
+#include "base/output_file.hpp"
 #include "detect/shadow_confidence.hpp"
 #include "sim/hash_random.hpp"
 
@@ -113,6 +116,16 @@ std::string text_of(const ShadowNetwork<kOutputs>& network) {
   for (const ShadowHidden& of : network.hidden) hidden += (hidden.empty() ? "" : ",\n     ") + text_of(of);
   for (const ShadowHidden& of : network.out) out += (out.empty() ? "" : ",\n     ") + text_of(of);
   return fmt::format("{{{{{{{}}}}},\n     {{{{{}}}}},\n     {}}}", hidden, out, text_of(network.out_0));
+}
+
+/// Writes it as `made`, and tells whether `today` is the same to the byte.
+inline bool is_source(const std::string& source, const std::filesystem::path& made,
+                      const std::filesystem::path& today) {
+  write_file(made, source);
+  const std::vector<std::uint8_t> bytes = read_file(today);
+  const bool same = std::string(bytes.begin(), bytes.end()) == source;
+  fmt::print("\n{}: {}\n", today.string(), same ? "these numbers" : "other numbers");
+  return same;
 }
 
 }  // namespace cairn::test

@@ -519,23 +519,22 @@ void test_a_window_of_way(void**) {
   assert_true(sweep.in_footprint(drive, drive.size() - 1, Vec2(standing.x_m - 6.0, 0.0)));
 }
 
-/// A window of frames shows the near side of large boulders, and a coarse map has no others.
-void test_coarse_maps_and_what_serves_them(void**) {
-  const ForecastModel fine = mission_model(cmap::Method::kShadow, 0.02);
-  const ForecastModel coarse = mission_model(cmap::Method::kShadow, 0.2);
+/// Lengths of landmarks go with the pixel, and what is too large for them is no use; a window has none of it.
+void test_what_serves_a_map(void**) {
   std::vector<TableBoulder> large = field(-4.0, 30.0, 1.0);
   for (TableBoulder& b : large) b.diameter_m = 0.45;
-  const auto expected = [&](const ForecastModel& model) {
-    double sum = 0.0;
-    for (const FixStation& s : forecast(model, large, straight(24.0)).stations) sum += s.applied;
-    return sum;
-  };
-  if (cfg::kHaveLandmarks) {
-    assert_true(coarse.window_m > 10.0 && coarse.sigma_common_m > 2.0 * fine.sigma_common_m);
-  } else {
-    assert_near(coarse.window_m, 0.0, 0.0);
-    assert_at_most(expected(coarse), 0.3 * expected(fine));
-  }
+  const MapExtent extent = extent_of(large);
+  const ForecastModel fine = model_for(mission_model(), large, extent, 0.02);
+  const ForecastModel coarse = model_for(mission_model(), large, extent, 0.2);
+  assert_near(fine.window_m, 0.0, 0.0);
+  assert_true((coarse.window_m > 10.0) == cfg::kHaveLandmarks);
+  assert_true((coarse.sigma_common_m > 2.0 * fine.sigma_common_m) == cfg::kHaveLandmarks);
+  ForecastModel most = mission_model();
+  const auto found = [&] { return forecast(most, large, straight(24.0)).stations[5].found; };
+  most.largest_m = 0.46;
+  assert_true(found() > 1.0);
+  most.largest_m = 0.44;
+  assert_near(found(), 0.0, 0.0);
 }
 
 }  // namespace
@@ -563,7 +562,7 @@ int main() {
       cmocka_unit_test(test_ellipses),
       cmocka_unit_test(test_within_a_disc),
       cmocka_unit_test(test_a_window_of_way),
-      cmocka_unit_test(test_coarse_maps_and_what_serves_them),
+      cmocka_unit_test(test_what_serves_a_map),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
