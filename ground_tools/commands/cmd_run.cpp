@@ -216,8 +216,8 @@ void tell_motion(const std::string& drive, std::size_t size, const Replay& repla
   throw Answer{kStood};
 }
 
-void run(RunOptions options) {
-  options.simulate = !options.scene.empty() || !options.sets.empty();
+/// What says the same thing twice, or leaves it open.
+void check_choices(const RunOptions& options) {
   if (options.simulate != options.dataset.empty()) {
     throw ToolError("--dataset: {}", options.simulate
                                          ? "cannot be combined with --scene and --set; remove one"
@@ -227,6 +227,11 @@ void run(RunOptions options) {
     throw ToolError("--map: {}", options.no_map ? "cannot be combined with --no-map; remove one"
                                                 : "is missing; give a .cmap, or --no-map for VO alone");
   }
+  if (options.lost && !options.start_sigma.empty())
+    throw ToolError("--lost: cannot be combined with --start-sigma; leave one out");
+}
+
+ReplayOptions replay_options_of(const RunOptions& options) {
   ReplayOptions replay_options;
   if (options.paper) replay_options.params = paper_params();
   if (!options.frames.empty()) {
@@ -235,8 +240,6 @@ void run(RunOptions options) {
     replay_options.end_frame = range.end;
   }
   if (!options.start.empty()) replay_options.T_map_rover = parse_start(options.start);
-  if (options.lost && !options.start_sigma.empty())
-    throw ToolError("--lost: cannot be combined with --start-sigma; leave one out");
   if (!options.start_sigma.empty()) parse_start_sigma(options.start_sigma, replay_options);
   if (options.lost) {
     replay_options.start_sigma_xy_m = Localizer::kUnknownStart_m;
@@ -244,30 +247,43 @@ void run(RunOptions options) {
   }
   if (!options.attitude.empty()) replay_options.attitudes = read_attitudes(options.attitude);
   if (!options.degrade.empty()) replay_options.trim = parse_degrade(options.degrade);
+  return replay_options;
+}
+
+RunTitle title_of(const RunOptions& options) {
   RunTitle title;
   title.dataset = options.simulate ? options.scene.string() : options.dataset.string();
   title.variant = options.paper ? "paper" : "cairn";
   title.degrade = options.degrade;
   title.ortho = options.ortho;
-  if (!options.no_map) {
-    replay_options.map = read_file(options.map);
-    CmapContent map = decode_cmap(replay_options.map, options.map.string(), options.salvage);
-    if (map.damaged_tiles > 0)
-      fmt::print(stderr, "cairn: warning: {}: {} damaged tile{} left out, as in flight\n",
-                 options.map.string(), map.damaged_tiles, map.damaged_tiles == 1 ? "" : "s");
-    if (map.boulders.empty())
-      throw ToolError("{}: {}", options.map.string(), explain(MapStatus::kNoBoulders));
-    check_ortho(options, map.reference_system);
-    if (!cfg::kHaveLandmarks && map.pixel_m >= kCoarsePixel_m) {
-      warn(
-          fmt::format("{}: has {:.0f} mm a pixel; mission '{}' keeps no landmarks, which such maps ask for "
-                      "(MISSION=drone and mast do), and fixes may be few",
-                      options.map.string(), 1.0e3 * map.pixel_m, cfg::kMission.name));
-    }
-    title.map = options.map.string();
-    title.map_pixel_m = map.pixel_m;
-    title.orbital = std::move(map.boulders);
+  return title;
+}
+
+void take_map(const RunOptions& options, ReplayOptions& replay_options, RunTitle& title) {
+  replay_options.map = read_file(options.map);
+  CmapContent map = decode_cmap(replay_options.map, options.map.string(), options.salvage);
+  if (map.damaged_tiles > 0)
+    fmt::print(stderr, "cairn: warning: {}: {} damaged tile{} left out, as in flight\n", options.map.string(),
+               map.damaged_tiles, map.damaged_tiles == 1 ? "" : "s");
+  if (map.boulders.empty()) throw ToolError("{}: {}", options.map.string(), explain(MapStatus::kNoBoulders));
+  check_ortho(options, map.reference_system);
+  if (!cfg::kHaveLandmarks && map.pixel_m >= kCoarsePixel_m) {
+    warn(
+        fmt::format("{}: has {:.0f} mm a pixel; mission '{}' keeps no landmarks, which such maps ask for "
+                    "(MISSION=drone and mast do), and fixes may be few",
+                    options.map.string(), 1.0e3 * map.pixel_m, cfg::kMission.name));
   }
+  title.map = options.map.string();
+  title.map_pixel_m = map.pixel_m;
+  title.orbital = std::move(map.boulders);
+}
+
+void run(RunOptions options) {
+  options.simulate = !options.scene.empty() || !options.sets.empty();
+  check_choices(options);
+  ReplayOptions replay_options = replay_options_of(options);
+  RunTitle title = title_of(options);
+  if (!options.no_map) take_map(options, replay_options, title);
   const DriveSource source = open_drive(options, replay_options);
   const Drive& drive = *source.drive;
   if (source.world && options.attitude.empty()) replay_options.attitudes = simulated_attitudes(*source.world);
