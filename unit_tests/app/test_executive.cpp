@@ -63,7 +63,9 @@ int make_scene(void**) {
   return 0;
 }
 
-void start(Localizer& l, const LocalizerParams& params) {
+/// Boulders come by the window of frames, whatever the map's pixel.
+void start(Localizer& l, LocalizerParams params) {
+  params.landmarks.least_pixel_m = 1.0e3;
   assert_status(l.init(params, rig()), LocalizerStatus::kReady);
   assert_status(l.set_start({Quat::Identity(), kStart}, 0.05, 0.01), LocalizerStatus::kReady);
   executive.init();
