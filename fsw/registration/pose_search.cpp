@@ -256,7 +256,7 @@ bool PoseSearchJob::hypothesise(std::uint16_t second) {
   if (params_.evidence.scale_sigma > 0.0) {
     const double ratio = norm / (length_m_ * length_m_);
     const double prior = params_.evidence.scale_sigma * params_.evidence.scale_sigma;
-    const double pair = 2.0 * i.sigma_m * i.sigma_m / (length_m_ * length_m_);
+    const double pair = (i.sigma_m * i.sigma_m + j.sigma_m * j.sigma_m) / (length_m_ * length_m_);
     h.scale = 1.0 + (ratio - 1.0) * prior / (prior + pair);
   }
   const double mx = 0.5 * (i.x_m + j.x_m);

@@ -325,6 +325,19 @@ void test_scale_is_said(void**) {
   assert_at_least(said, 15);
 }
 
+/// The length to a boulder that is badly placed tells no scale: none is looked at that the prior rules out.
+void test_a_badly_placed_boulder_tells_no_scale(void**) {
+  Random random(17);
+  PoseSearchParams params;
+  params.evidence.scale_sigma = 0.03;
+  for (int k = 0; k < 40; ++k) {
+    lay(random, kSeenFar, Vec2(0.0, 0.0));
+    local_map[0].sigma_m = 0.8F;
+    assert_status(run(kSeenFar, Vec2(0.0, 0.0), 0.0, covariance(1.0, 0.05), params), SearchStatus::kDone);
+    assert_near(job.result().scale, 1.0, 5.0 * params.evidence.scale_sigma);
+  }
+}
+
 /// Of a map whose metre is one a scale is told once in fifty times at most.
 void test_no_scale_of_its_own(void**) {
   Random random(16);
@@ -452,6 +465,7 @@ int main() {
       cmocka_unit_test(test_lattices_are_declined),
       cmocka_unit_test(test_a_wrong_claim_is_told),
       cmocka_unit_test(test_scale_is_said),
+      cmocka_unit_test(test_a_badly_placed_boulder_tells_no_scale),
       cmocka_unit_test(test_no_scale_of_its_own),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_bad_input),
