@@ -119,12 +119,11 @@ struct Mission {
   // of coarse pixels. Who keeps none keeps their memory small.
   double landmark_least_pixel_m = 0.0;  ///< maps of such pixels and coarser are matched by them; 0: no map is
   int max_landmarks = 8;
-  double landmark_max_diameter_m = 10.0;  ///< the sides of the picture cut larger ones
-  double landmark_window_m = 60.0;        ///< of way: how long they are kept
-  int relief_side = 8;                    ///< cells of the relief's grid: a power of two, 8 to 256
-  double relief_cell_m = 0.125;           ///< half a pixel of a map of 25 cm
-  double relief_range_m = 12.0;           ///< of points that are laid in it
-  double relief_min_height_m = 0.12;      ///< a boulder of 0.6 m and more stands higher, gravel does not
+  double landmark_window_m = 60.0;    ///< of way: how long they are kept
+  int relief_side = 8;                ///< cells of the relief's grid: a power of two, 8 to 256
+  double relief_cell_m = 0.125;       ///< half a pixel of a map of 25 cm
+  double relief_range_m = 12.0;       ///< of points that are laid in it
+  double relief_min_height_m = 0.12;  ///< a boulder of 0.6 m and more stands higher, gravel does not
 
   // Labelling (labeling/clustering.hpp).
   int max_cluster_points = 1024;  ///< 3D points of the boulders of one frame, or boulders of the local map

@@ -18,9 +18,11 @@ std::uint32_t index_of(double metres, double cell_m) {
   return static_cast<std::uint32_t>(static_cast<int>(cells));
 }
 
-std::uint16_t decimetres(double way_m) {
-  const double dm = way_m * 10.0;
-  return static_cast<std::uint16_t>(dm < 2.0e9 ? static_cast<int>(dm) & 0xFFFF : 0);
+/// Of ReliefCell::way_inside, the lowest bit 1: less that of a cell, it is no less than 0.
+constexpr double kSteps_per_m = 20.0;
+std::uint16_t way_steps(double way_m) {
+  const double steps = way_m * kSteps_per_m;
+  return static_cast<std::uint16_t>(1 | (steps < 2.0e9 ? static_cast<int>(steps) & 0xFFFF : 0));
 }
 
 }  // namespace
@@ -40,35 +42,34 @@ void Relief::clear() {
   phase_ = Phase::kIdle;
   boulders_.clear();
   dropped_ = 0;
-  for (std::uint32_t i = 0; i < grid_.side * grid_.side; ++i) grid_.cells[i].weight = 0.0F;
+  for (std::uint32_t i = 0; i < grid_.side * grid_.side; ++i) grid_.cells[i] = ReliefCell();
 }
 
-void Relief::add(const Vec3& p, const Vec3& ray, double way_m) {
+void Relief::add(const Vec3& p, const Vec3& ray, double way_m, bool inside) {
   CAIRN_ASSERT(phase_ == Phase::kIdle);
   const double range2 = ray.x() * ray.x() + ray.y() * ray.y();
   if (!(range2 > 0.01 && range2 <= params_.max_range_m * params_.max_range_m)) return;
   if (!(std::fabs(p.x()) < kFarthest_m && std::fabs(p.y()) < kFarthest_m)) return;
   const std::uint32_t ix = index_of(p.x(), params_.cell_m);
   const std::uint32_t iy = index_of(p.y(), params_.cell_m);
-  const std::uint16_t now = decimetres(way_m);
+  const std::uint16_t now = way_steps(way_m);
   const double along = params_.sigma_per_range2 * range2;
   const double weight = 1.0 / (params_.near_sigma_m * params_.near_sigma_m + along * along);
   ReliefCell& cell = cell_of(ix, iy);
-  const auto age_dm = static_cast<std::uint16_t>(now - cell.way_dm);
+  const auto age = static_cast<std::uint16_t>(now - cell.way_inside);
   const bool same = cell.tile_x == tile_of(ix) && cell.tile_y == tile_of(iy);
-  if (!same || age_dm > params_.stale_m * 10.0) cell.weight = 0.0F;
+  if (!same || age > params_.stale_m * kSteps_per_m) cell = ReliefCell();
   const double total = static_cast<double>(cell.weight) + weight;
   const double share = weight / total;
   const double range = std::sqrt(range2);
   const auto mixed = [share](float old, double fresh) {
     return static_cast<float>(static_cast<double>(old) + (fresh - static_cast<double>(old)) * share);
   };
-  const bool empty = !(cell.weight > 0.0F);
-  cell.height_m = empty ? static_cast<float>(p.z()) : mixed(cell.height_m, p.z());
-  cell.view_x = empty ? static_cast<float>(ray.x() / range) : mixed(cell.view_x, ray.x() / range);
-  cell.view_y = empty ? static_cast<float>(ray.y() / range) : mixed(cell.view_y, ray.y() / range);
+  cell.height_m = mixed(cell.height_m, p.z());
+  cell.view_x = mixed(cell.view_x, ray.x() / range);
+  cell.view_y = mixed(cell.view_y, ray.y() / range);
   cell.weight = static_cast<float>(total);
-  cell.way_dm = now;
+  cell.way_inside = inside || (cell.way_inside & 1) != 0 ? now : now ^ 1;
   cell.tile_x = tile_of(ix);
   cell.tile_y = tile_of(iy);
 }
@@ -80,6 +81,7 @@ void Relief::start(const Vec2& centre, double way_m) {
   if (!near) return;
   centre_site_m_ = centre;
   way_m_ = way_m;
+  now_ = way_steps(way_m);
   origin_x_ = (index_of(centre.x(), params_.cell_m) - grid_.side / 2U) / kBlock * kBlock;
   origin_y_ = (index_of(centre.y(), params_.cell_m) - grid_.side / 2U) / kBlock * kBlock;
   cursor_ = scan_ = 0;
@@ -100,8 +102,8 @@ const ReliefCell* Relief::cell_at(std::uint32_t wx, std::uint32_t wy) const {
   const std::uint32_t iy = origin_y_ + wy;
   const ReliefCell& cell = cell_of(ix, iy);
   if (!(cell.weight > 0.0F) || cell.tile_x != tile_of(ix) || cell.tile_y != tile_of(iy)) return nullptr;
-  const auto age_dm = static_cast<std::uint16_t>(decimetres(way_m_) - cell.way_dm);
-  return age_dm > params_.stale_m * 10.0 ? nullptr : &cell;
+  const auto age = static_cast<std::uint16_t>(now_ - cell.way_inside);
+  return age > params_.stale_m * kSteps_per_m ? nullptr : &cell;
 }
 
 Progress Relief::step(WorkBudget& budget) {
@@ -260,9 +262,8 @@ void Relief::take(std::uint32_t wx, std::uint32_t wy) {
   sums_.view_x += static_cast<double>(cell->view_x);
   sums_.view_y += static_cast<double>(cell->view_y);
   sums_.top_m = h > sums_.top_m ? h : sums_.top_m;
-  const auto now = static_cast<std::uint16_t>(decimetres(way_m_) - cell->way_dm);
-  const std::uint32_t age = now;
-  if (list_.size() == 1 || age < sums_.way_dm) sums_.way_dm = age;
+  const std::uint32_t age = static_cast<std::uint16_t>(now_ - cell->way_inside);
+  if (list_.size() == 1 || age < sums_.age) sums_.age = age;
 }
 
 void Relief::flood() {
@@ -303,6 +304,7 @@ void Relief::extent() {
     CAIRN_ASSERT(cell != nullptr);
     const auto told = static_cast<double>(cell->weight);
     extents_.add(told / (told + params_.half_told), a, c);
+    extents_.cut += 1 - (cell->way_inside & 1);
     // Neighbours on the side that faces the rover.
     const bool west = u_.x() > 0.0;
     const bool south = u_.y() > 0.0;
@@ -343,10 +345,11 @@ void Relief::describe() {
     return;
   }
   const double hidden = params_.depth_share * std::fabs(depth - seen) + 0.05 * depth;
-  b.sigma_m = std::sqrt(0.25 * cell * cell + 0.5 * hidden * hidden);
+  const double cut = params_.cut_share * extents_.cut / n * b.diameter_m;
+  b.sigma_m = std::sqrt(0.25 * cell * cell + 0.5 * hidden * hidden + cut * cut);
   b.range_m = (b.p_site_m - centre_site_m_).norm();
   b.open_share = extents_.front > 0 ? static_cast<double>(extents_.open) / extents_.front : 0.0;
-  b.way_m = way_m_ - 0.1 * sums_.way_dm;
+  b.way_m = way_m_ - sums_.age / kSteps_per_m;
   b.cells = static_cast<int>(list_.size());
   if (!boulders_.push_back(b)) ++dropped_;
 }

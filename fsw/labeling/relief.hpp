@@ -20,7 +20,9 @@
 /// boulder hides, over which windows carried its top. A cell weighs W / (W + half_told) with what it was
 /// told, W. Errors: that of a rim, half a cell; along, beside it a twentieth of the depth, and
 /// `depth_share` of what of it was not seen but taken to be there. Cut. Where much of the rim that faces the
-/// rover borders on cells never seen, the boulder may go on there: `open_share` tells how much of it.
+/// rover borders on cells never seen, the boulder may go on there: `open_share` tells how much of it. Cells
+/// that were never seen but at a side of the picture, as the rover passed, are where that side cuts it: of
+/// the diameter, `cut_share` for each share of such cells is what its centre may be off.
 ///
 /// Frame: `site`, z up, metres. Cells are addressed modulo the grid's side, and each knows which place it
 /// stands for, so that nothing is moved as the rover drives. A cell seen again after `stale_m` of way starts
@@ -55,6 +57,7 @@ struct ReliefParams {
   int min_cells = 6;
   double half_told = 2000.0;  ///< two points from five metres
   double depth_share = 0.3;
+  double cut_share = 2.5;
   double deepest = 1.6;  ///< widths; 0.22 to 0.15 m of error along the view at k = 0.30
 };
 
@@ -77,7 +80,9 @@ struct ReliefCell {
   float weight = 0.0F;  ///< 0: nothing seen
   float view_x = 0.0F;
   float view_y = 0.0F;
-  std::uint16_t way_dm = 0;
+  /// Way when it was seen last, in steps of 5 cm; but the lowest bit: whether it was ever seen away from the
+  /// sides of a picture.
+  std::uint16_t way_inside = 0;
   std::uint8_t tile_x = 0;  ///< which of the places that share the cell
   std::uint8_t tile_y = 0;
 };
@@ -127,9 +132,9 @@ class Relief {
 
   void init(const ReliefParams& params, const ReliefGrid& grid);
   void clear();
-  /// A point of the surface, `ray_m` from the camera, in axes of `site`; `way_m`: driven so far. Not while a
-  /// survey is under way.
-  void add(const Vec3& p_site_m, const Vec3& ray_m, double way_m);
+  /// A point of the surface, `ray_m` from the camera, in axes of `site`; `way_m`: driven so far; `inside`:
+  /// not at a side of the picture. Not while a survey is under way.
+  void add(const Vec3& p_site_m, const Vec3& ray_m, double way_m, bool inside);
   /// About the rover, who has driven `way_m`.
   void start(const Vec2& centre_site_m, double way_m);
   Progress step(WorkBudget& budget);  ///< the same for every slicing
@@ -156,7 +161,7 @@ class Relief {
     double view_x = 0.0;
     double view_y = 0.0;
     double top_m = 0.0;
-    std::uint32_t way_dm = 0;
+    std::uint32_t age = 0;  ///< steps of 5 cm
   };
   /// Sums along the view and across it, and of the rim that faces the rover.
   struct Extents {
@@ -167,6 +172,7 @@ class Relief {
     double cc = 0.0;
     int open = 0;
     int front = 0;
+    int cut = 0;
 
     void add(double weight, double along, double across) {
       w += weight;
@@ -202,6 +208,7 @@ class Relief {
   std::uint32_t origin_y_ = 0;
   Vec2 centre_site_m_ = Vec2(0.0, 0.0);
   double way_m_ = 0.0;
+  std::uint16_t now_ = 0;  ///< the same, as ReliefCell::way_inside has it
   std::uint32_t cursor_ = 0;
   std::uint32_t scan_ = 0;
   std::size_t head_ = 0;  ///< of the flood, in list_

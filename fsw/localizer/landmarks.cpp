@@ -96,8 +96,7 @@ void Landmarks::build(double pixel_m, double way_m, LocalMap& out) const {
   out.clear();
   for (const Landmark& l : landmarks_) {
     const double diameter = l.seen.diameter_m - params_.rims_m;
-    const bool fits = diameter >= params_.least_px * pixel_m && diameter <= params_.max_diameter_m;
-    if (!fits || l.seen.open_share > params_.max_open) continue;
+    if (diameter < params_.least_px * pixel_m || l.seen.open_share > params_.max_open) continue;
     const double since = way_m - l.seen.way_m;
     const double drift = params_.drift_share * since;
     LocalBoulder b;

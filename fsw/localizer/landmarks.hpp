@@ -41,8 +41,7 @@ struct LandmarkParams {
   double window_m = cfg::kMission.landmark_window_m;            ///< of way
   double least_px = 2.4;
   double same_m = 4.0 * cfg::kMission.relief_cell_m;
-  double min_diameter_m = 2.8 * cfg::kMission.relief_cell_m;      ///< smaller ones are not kept
-  double max_diameter_m = cfg::kMission.landmark_max_diameter_m;  ///< larger ones are not offered
+  double min_diameter_m = 2.8 * cfg::kMission.relief_cell_m;  ///< smaller ones are not kept
   double max_open = 0.5;
   double noise_m = cfg::kMission.drift_noise_xy_m;  ///< of one metre of way
   double range_share = 0.012;

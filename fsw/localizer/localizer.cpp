@@ -44,6 +44,8 @@ FixStatus fix_status(MapFixStatus status) {
 
 // Of way. On the mast rig a third of what the relief holds beyond what is seen.
 constexpr double kSurveyEvery_m = Relief::kSurveyCells * cfg::kMission.relief_cell_m;
+// Of disparity: a cell and a half of the relief, as columns.
+constexpr double kAtSide = 1.5 * cfg::kMission.relief_cell_m / cfg::kMission.baseline_m;
 constexpr double kRefuted = 6.9;   // nats against the pose: odds of 1000 to 1
 constexpr double kSlide = 2.0;     // longest steps of VO: sigma of a slide
 constexpr double kWorthIt = 1.0;   // nats for a pose that is carried along
@@ -529,8 +531,13 @@ void Localizer::lay_in_relief() {
   const StereoProbeJob::Probes& probes = observer_.probes();
   const std::size_t end = probes.size() - laid_ < kLaid ? probes.size() : laid_ + kLaid;
   for (; laid_ < end; ++laid_) {
+    const StereoProbe& probe = probes[laid_];
     Vec3 ray;
-    if (observer_.ray_of(probes[laid_], ray)) relief_.add(observer_.camera_site_m() + ray, ray, way_m_);
+    if (!observer_.ray_of(probe, ray)) continue;
+    const auto d = static_cast<int>(probe.d_px);
+    const int side = static_cast<int>(kAtSide * d);
+    const bool inside = probe.u - d > side && probe.u + side < left_.width;  // of both pictures
+    relief_.add(observer_.camera_site_m() + ray, ray, way_m_, inside);
   }
 }
 

@@ -95,9 +95,7 @@ class TrueOnes {
       : model_(model) {
     for (const TableBoulder& b : footprint) {
       places_m_.push_back(b.p_map_m - Vec2(at.x_m, at.y_m));
-      const bool offered = !(model.largest_m > 0.0) || b.diameter_m <= model.largest_m;
-      const double sure = offered ? std::clamp(b.confidence, 0.0, 1.0) : 0.0;
-      found_.push_back(sure * model.detection(b.diameter_m, shift));
+      found_.push_back(std::clamp(b.confidence, 0.0, 1.0) * model.detection(b.diameter_m, shift));
     }
   }
 
@@ -244,7 +242,6 @@ void serve_by_landmarks(double pixel_m, ForecastModel& model) {
   const double way_m = 0.25 * landmarks.window_m;
   model.window_m = landmarks.window_m;
   model.max_range_m = cfg::kMission.relief_range_m;
-  model.largest_m = landmarks.max_diameter_m;
   model.detection = {0.9, 3.2 * pixel_m, 8.0, 0.4};
   model.sigma_common_m = landmarks.common_share * pixel_m;
   model.sigma_pair_m =

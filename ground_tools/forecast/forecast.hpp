@@ -50,7 +50,6 @@ struct ForecastModel {
   double same_within_m = cfg::kMission.icp_gate_final_m;  ///< a ground boulder and the map's, of campaigns
   FusionParams fusion;
   DetectionCurve detection;
-  double largest_m = 0.0;         ///< larger ones are not offered to a fix; 0: all are
   double clutter_per_m2 = 0.0;    ///< of the swept ground: local boulders that are none of the map's, and
                                   ///< not for its resolution
   double sigma_pair_m = 0.022;    ///< of a right pair, per axis; the flight module's own where that is larger

@@ -18,6 +18,8 @@ ReliefStorage<128> other_storage;
 Relief relief;
 Relief other;
 
+constexpr double kAtSide_rad = 0.05;  // of the picture
+
 struct Dome {
   Vec2 p;
   double radius;
@@ -66,7 +68,8 @@ void look(Relief& r, const Scene& scene, double x, double y, double yaw, double 
         const Vec3 p = eye + ray * t;
         if (p.z() > scene.height(p.x(), p.y())) continue;
         const double rough = scene.rough_m * (2.0 * random.below(1001) / 1000.0 - 1.0);
-        r.add(p + Vec3(scene.shift.x(), scene.shift.y(), rough), ray * t, way_m);
+        const bool inside = side > from_rad + kAtSide_rad && side < to_rad - kAtSide_rad;
+        r.add(p + Vec3(scene.shift.x(), scene.shift.y(), rough), ray * t, way_m, inside);
         break;
       }
     }
@@ -128,7 +131,7 @@ void test_a_tail_behind_it_is_ground(void**) {
   look(fresh(), scene, 0.0, 0.0, 0.0);
   for (double x = 5.1; x < 6.6; x += 0.06) {
     for (double y = -0.25; y < 0.25; y += 0.06) {
-      for (int k = 0; k < 10; ++k) relief.add(Vec3(x, y, 0.35), Vec3(x, y, -1.65), 0.0);
+      for (int k = 0; k < 10; ++k) relief.add(Vec3(x, y, 0.35), Vec3(x, y, -1.65), 0.0, true);
     }
   }
   survey(relief, Vec2(0.0, 0.0));
@@ -160,6 +163,26 @@ void test_cut_is_known(void**) {
   look(relief, scene, 0.0, 0.0, 0.0);
   survey(relief, Vec2(0.0, 0.0));
   assert_at_most(only(relief).open_share, 0.12);
+}
+
+// Half of it lies beyond the side of every picture: its centre is not known, and its sigma says so; one view
+// of it whole is enough.
+void test_what_a_side_cuts_is_not_yet_placed(void**) {
+  const Scene scene = with_dome(4.0, 0.0, 0.8, 0.6);
+  look(fresh(), scene, 0.0, 0.0, 0.0, 0.0, 0.0, 0.576);
+  look(relief, scene, 0.5, 0.0, 0.0, 0.0, 0.0, 0.576);
+  survey(relief, Vec2(0.0, 0.0));
+  const double off = (only(relief).p_site_m - scene.domes[0].p).norm();
+  assert_at_least(off, 0.3);
+  const double cut = only(relief).sigma_m;
+  assert_at_least(3.0 * cut, off);
+  look(relief, scene, 0.0, 0.0, 0.0);
+  survey(relief, Vec2(0.0, 0.0));
+  const double whole = only(relief).sigma_m;
+  assert_at_most(whole, 0.7 * cut);
+  look(relief, scene, 0.5, 0.0, 0.0, 0.0, 0.0, 0.576);
+  survey(relief, Vec2(0.0, 0.0));
+  assert_at_most(only(relief).sigma_m, whole + 0.01);
 }
 
 void test_low_and_small_things_are_no_boulders(void**) {
@@ -232,9 +255,9 @@ void test_too_large_is_counted(void**) {
 
 void test_absurd_points_are_left_out(void**) {
   fresh();
-  relief.add(Vec3(1.0e9, 0.0, 1.0), Vec3(2.0, 0.0, -1.0), 0.0);
-  relief.add(Vec3(1.0, 0.0, 1.0), Vec3(20.0, 0.0, -1.0), 0.0);
-  relief.add(Vec3(std::nan(""), 0.0, 1.0), Vec3(2.0, 0.0, -1.0), 0.0);
+  relief.add(Vec3(1.0e9, 0.0, 1.0), Vec3(2.0, 0.0, -1.0), 0.0, true);
+  relief.add(Vec3(1.0, 0.0, 1.0), Vec3(20.0, 0.0, -1.0), 0.0, true);
+  relief.add(Vec3(std::nan(""), 0.0, 1.0), Vec3(2.0, 0.0, -1.0), 0.0, true);
   survey(relief, Vec2(0.0, 0.0));
   assert_int_equal(relief.result().size(), 0);
   relief.start(Vec2(1.0e9, 0.0), 0.0);
@@ -273,6 +296,7 @@ int main() {
       cmocka_unit_test(test_a_tail_behind_it_is_ground),
       cmocka_unit_test(test_more_views_are_better),
       cmocka_unit_test(test_cut_is_known),
+      cmocka_unit_test(test_what_a_side_cuts_is_not_yet_placed),
       cmocka_unit_test(test_low_and_small_things_are_no_boulders),
       cmocka_unit_test(test_two_stay_two),
       cmocka_unit_test(test_place_does_not_matter),

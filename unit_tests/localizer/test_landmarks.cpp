@@ -11,7 +11,6 @@ Landmarks landmarks;
 Relief::Boulders survey;
 LocalMap map;
 
-constexpr double kMost_m = 3.0;
 constexpr double kSure_m = 12.0;
 constexpr double kFresh_m = 25.0;
 
@@ -21,7 +20,6 @@ void fresh() {
   p.window_m = 60.0;
   p.same_m = 0.5;
   p.min_diameter_m = 0.35;
-  p.max_diameter_m = kMost_m;
   landmarks.init(p);
 }
 
@@ -115,16 +113,6 @@ void test_offers_what_the_map_can_hold(void**) {
   assert_int_equal(offered(0.0, 0.5).size(), 1);
 }
 
-// The picture's sides cut them, whatever the map.
-void test_the_largest_stay_out(void**) {
-  fresh();
-  const double rims = LandmarkParams().rims_m;
-  take({at(4.0, 0.0, kMost_m + rims - 0.1, 0.0), at(10.0, 2.0, kMost_m + rims + 0.1, 0.0)}, 0.0, 0.0);
-  assert_int_equal(landmarks.size(), 2);
-  assert_int_equal(offered(0.0).size(), 1);
-  assert_near(offered(0.0)[0].p_site_m.x(), 4.0, 0.0);
-}
-
 // Sigma grows with the way since a boulder was seen, faster than its root; boulders in view are told apart.
 void test_drift_between_boulders(void**) {
   fresh();
@@ -202,7 +190,6 @@ int main() {
       cmocka_unit_test(test_forgets_what_is_not_found),
       cmocka_unit_test(test_beyond_what_is_sure_nothing_changes),
       cmocka_unit_test(test_offers_what_the_map_can_hold),
-      cmocka_unit_test(test_the_largest_stay_out),
       cmocka_unit_test(test_drift_between_boulders),
       cmocka_unit_test(test_each_is_fresh_once),
       cmocka_unit_test(test_full_replaces_the_oldest),
