@@ -64,13 +64,14 @@ inline void vote(const std::uint16_t* above, const std::uint16_t* here, const st
   }
 }
 
-template <int... kColumns>
+/// Every other sample of a row, from `kFirstColumn` on.
+template <int kFirstColumn, int... kPairs>
 inline void vote_row(const SmoothImage& image, int u, int v, RowHistogram& row,
-                     std::integer_sequence<int, kColumns...>) {
+                     std::integer_sequence<int, kPairs...>) {
   const std::uint16_t* here = image.row(v) + u;
   const std::uint16_t* above = here - image.stride;
   const std::uint16_t* below = here + image.stride;
-  (vote<kColumns>(above, here, below, row), ...);
+  (vote<kFirstColumn + 2 * kPairs>(above, here, below, row), ...);
 }
 
 /// The Gaussian window at the cells' centres, 1.5 and 0.5 cells from the keypoint, in 1/64.
@@ -130,17 +131,23 @@ Descriptor describe(const SmoothImage& image, int iu, int iv) {
                iv < image.height - kDescriptorMargin);
   std::uint32_t h[kDescriptorSize];
   RowHistogram lower;  // what the rows since the last row of cells give the next one
-  const auto columns = std::make_integer_sequence<int, kSpan>();
+  const auto even = std::make_integer_sequence<int, kSpan / 2 + 1>();
+  const auto odd = std::make_integer_sequence<int, kSpan / 2>();
   for (int j = -1; j < kSpan;) {
     // Four rows whose shares of the cells above them are 4, 3, 2, 1 quarters, and of those below 0, 1, 2, 3:
     // the running sums of the rows add up to the first.
     RowHistogram sum;
     RowHistogram upper;
     for (int i = 0; i < kCells * kBins; ++i) sum[i] = 0;
-    if (j >= 0) vote_row(image, iu + kFirst, iv + kFirst + j, sum, columns);
+    if (j >= 0) vote_row<1>(image, iu + kFirst, iv + kFirst + j, sum, odd);
     for (int i = 0; i < kCells * kBins; ++i) upper[i] = sum[i];
     for (int k = 1; k < kCellPx; ++k) {
-      vote_row(image, iu + kFirst, iv + kFirst + j + k, sum, columns);
+      const int v = iv + kFirst + j + k;
+      if (k == 2) {
+        vote_row<1>(image, iu + kFirst, v, sum, odd);
+      } else {
+        vote_row<0>(image, iu + kFirst, v, sum, even);
+      }
       for (int i = 0; i < kCells * kBins; ++i) upper[i] += sum[i];
     }
     j += kCellPx;
