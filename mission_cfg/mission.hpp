@@ -130,9 +130,9 @@ struct Mission {
 
   // Segmentation (fsw/segmentation): what the parameters mean is told there.
   int segmentation_divisor = 2;  ///< 1: full resolution, 2: half
-  int mean_shift_radius_px = 3;  ///< working pixels
+  int mean_shift_radius_px = 1;  ///< working pixels
   int mean_shift_radius_grey = 16;
-  int region_connect_grey = 2;
+  int region_connect_grey = 3;
   int region_merge_grey = 14;
   int min_region_area_px = 48;        ///< full-resolution pixels
   double max_region_fraction = 0.05;  ///< of the image: larger regions are ground or sky

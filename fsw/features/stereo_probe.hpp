@@ -40,7 +40,7 @@ struct StereoProbeParams {
   int max_disparity_px = cfg::kMission.max_disparity_px;
   double below = 0.2;        ///< search range: disparity of the plane times (1 - below) - 2 px ...
   double above = 0.6;        ///< ... to times (1 + above) + 2 px
-  int min_texture = 160;     ///< sum of horizontal grey differences in the window
+  int min_texture = 160;     ///< sum of horizontal grey differences in the window; noise of one level has 63
   double uniqueness = 0.85;  ///< best difference below this share of the best one elsewhere
 };
 
@@ -84,6 +84,8 @@ class StereoProbeJob {
   ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
                     const Vec3& plane, int right_lower_px = 0);
   /// Unit: the preparation of one image's row of probes, or one probe.
+  /// Asks for so much less texture, before the first step: of a dull picture (SegmentationJob::gain_q8).
+  void allow_for_gain(int gain_q8) { params_.min_texture = params_.min_texture * 256 / gain_q8; }
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
   /// Found disparities, row by row.

@@ -5,7 +5,7 @@
 namespace cairn {
 namespace {
 
-constexpr int kPlaneIterations = 10;
+constexpr int kPlaneIterations = 6;
 
 RegionBox widen(const RegionBox& box, double share, int least) {
   const int du = static_cast<int>(share * (box.u_max - box.u_min + 1));

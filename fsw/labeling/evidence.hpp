@@ -5,7 +5,7 @@
 ///   z = a (x - x_0) + b (y - y_0) + c
 /// is fitted to the points around the region (its box widened by half its size), robustly and one-sidedly,
 /// since what is not ground there stands above it: weight (1 + (r/s)^2)^-2 above the plane and
-/// (1 + (r/2s)^2)^-1 below, ten iterations. A point is raised where it stands `min_height_m` and three
+/// (1 + (r/2s)^2)^-1 below, six iterations. A point is raised where it stands `min_height_m` and three
 /// standard deviations above that plane. A region with `min_raised` raised points of its own, and one at
 /// least `min_top_m` high, is a boulder's; then the points around it that carry no label but are raised as
 /// well belong to it too (a lit face often has the ground's grey). Without `test_height` every region's

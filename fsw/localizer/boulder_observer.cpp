@@ -118,6 +118,7 @@ void BoulderObserver::next_phase() {
   switch (before) {
     case Phase::kSegment:
       if (segmentation_.status() != SegmentationStatus::kDone) finish(ObserveStatus::kNoRegions);
+      probe_.allow_for_gain(segmentation_.gain_q8());
       break;
     case Phase::kProbe: surface_.clear(); break;
     case Phase::kLift: begin_evidence(); break;

@@ -73,11 +73,11 @@ void shift_by_pixels(const ImageU8& image, int radius, int range, Point& at) {
         rounded_mean(total.grey, total.count)};
 }
 
-// ---- by words: four pixels of a column, the uppermost in the uppermost byte -------------------------------
+// ---- by words: the window's three rows of a column, the uppermost in the uppermost byte ------------------
 
-constexpr int kMaxRadius = 3;  // seven rows fit two words
+constexpr int kMaxRadius = 1;
 constexpr int kMaxSide = 2 * kMaxRadius + 1;
-constexpr int kMaxRange = 18;  // 7 * 2 * 18 < 256
+constexpr int kMaxRange = 42;  // kMaxSide * 2 * 42 < 256
 constexpr std::uint32_t kOnes = 0x01010101U;
 constexpr std::uint32_t kHigh = 0x80808080U;
 
@@ -109,9 +109,6 @@ int rounded_mean(int base, std::uint32_t sum, std::uint32_t count) {
 /// Sum of the four bytes, below 256.
 std::uint32_t sum_of_bytes(std::uint32_t word) { return (word * kOnes) >> 24U; }
 
-/// Of the bytes, two and two, in halves of 16 bits.
-std::uint32_t sum_of_pairs(std::uint32_t word) { return (word & 0x00FF00FFU) + ((word >> 8U) & 0x00FF00FFU); }
-
 /// Which bytes lie between two grey values, and how far above the lower one.
 class Range {
  public:
@@ -141,48 +138,39 @@ struct WindowSums {
   std::uint32_t grey;
 };
 
-/// `upper`, `lower`: words of the window's first column. `valid`: of each, the rows of the window.
-WindowSums sum_window(const std::uint32_t* upper, const std::uint32_t* lower, int columns,
-                      std::uint32_t valid_upper, std::uint32_t valid_lower, const Range& range) {
-  std::uint32_t rows = 0;  // members by row; the second word's upon the first's
-  std::uint32_t low_rows = 0;
+/// `words`: of the window's first column on. `valid`: the rows of the window.
+WindowSums sum_window(const std::uint32_t* words, int columns, std::uint32_t valid, const Range& range) {
+  std::uint32_t rows = 0;        // members by row
   std::uint32_t from_right = 0;  // members times their place, counted from the right, the last column 1
-  std::uint32_t upper_grey = 0;
-  std::uint32_t lower_grey = 0;
+  std::uint32_t greys = 0;
   for (int i = 0; i < columns; ++i) {
     std::uint32_t above = 0;
-    const std::uint32_t in_upper = range.members(upper[i], valid_upper, above);
-    const std::uint32_t one_upper = in_upper >> 7U;
-    upper_grey += above & (in_upper - one_upper);
-    const std::uint32_t in_lower = range.members(lower[i], valid_lower, above);
-    const std::uint32_t one_lower = in_lower >> 7U;
-    lower_grey += above & (in_lower - one_lower);
-    low_rows += one_lower;
-    rows += one_upper + one_lower;
+    const std::uint32_t in = range.members(words[i], valid, above);
+    const std::uint32_t one = in >> 7U;
+    greys += above & (in - one);
+    rows += one;
     from_right += rows;
   }
   WindowSums sums;
   sums.count = sum_of_bytes(rows);
   sums.x = static_cast<std::uint32_t>(columns) * sums.count - sum_of_bytes(from_right);
-  // Rows 0 to 3 are the bytes from the uppermost on.
-  sums.y = ((rows * 0x03020100U) >> 24U) + 4U * sum_of_bytes(low_rows);
-  const std::uint32_t grey = sum_of_pairs(upper_grey) + sum_of_pairs(lower_grey);
-  sums.grey = (grey >> 16U) + (grey & 0xFFFFU);
+  sums.y = (rows * 0x03020100U) >> 24U;  // rows 0 to 3 are the bytes from the uppermost on
+  const std::uint32_t pairs = (greys & 0x00FF00FFU) + ((greys >> 8U) & 0x00FF00FFU);
+  sums.grey = (pairs >> 16U) + (pairs & 0xFFFFU);
   return sums;
 }
 
 /// `words`: a ring of `ring` rows of `stride` words.
-void shift_by_words(const ImageU8& image, const std::uint32_t* words, int ring, int stride, int radius,
-                    int range_radius, Point& at) {
-  const int x_first = larger(at.x - radius, 0);
-  const int columns = smaller(at.x + radius, image.width - 1) - x_first + 1;
-  const int y_first = larger(at.y - radius, 0);
-  const int rows = smaller(at.y + radius, image.height - 1) - y_first + 1;
+void shift_by_words(const ImageU8& image, const std::uint32_t* words, int ring, int stride, int range_radius,
+                    Point& at) {
+  const int x_first = larger(at.x - kMaxRadius, 0);
+  const int columns = smaller(at.x + kMaxRadius, image.width - 1) - x_first + 1;
+  const int y_first = larger(at.y - kMaxRadius, 0);
+  const int rows = smaller(at.y + kMaxRadius, image.height - 1) - y_first + 1;
   const int low = larger(at.grey - range_radius, 0);
   const Range range(low, smaller(at.grey + range_radius, 255));
-  const WindowSums sums = sum_window(
-      words + y_first % ring * stride + x_first, words + (y_first + 4) % ring * stride + x_first, columns,
-      rows >= 4 ? kHigh : kHigh << (32 - 8 * rows), rows <= 4 ? 0U : kHigh << (64 - 8 * rows), range);
+  const WindowSums sums =
+      sum_window(words + y_first % ring * stride + x_first, columns, kHigh << (32 - 8 * rows), range);
   if (sums.count == 0) return;  // as above
   at = {rounded_mean(x_first, sums.x, sums.count), rounded_mean(y_first, sums.y, sums.count),
         rounded_mean(low, sums.grey, sums.count)};
@@ -202,7 +190,7 @@ MeanShiftStatus MeanShiftJob::start(const MeanShiftParams& params, const ImageU8
   output_ = output;
   x_px_ = 0;
   y_px_ = 0;
-  by_words_ = params.spatial_radius_px <= kMaxRadius && params.range_radius_grey <= kMaxRange &&
+  by_words_ = params.spatial_radius_px == kMaxRadius && params.range_radius_grey <= kMaxRange &&
               input.width <= cfg::kImageWidth;
   packed_rows_ = 0;
   status_ = MeanShiftStatus::kRunning;
@@ -242,7 +230,7 @@ void MeanShiftJob::pack_row(int y) {
 
 /// Carries the next trajectories to their ends. Returns their iterations.
 int MeanShiftJob::settle_run(int length) {
-  constexpr int kReach = kRing / 2 - 4;  // so far from the scan, a window's words are there
+  constexpr int kReach = kRing / 2 - kMaxRadius;  // so far from the scan, a window's words are there
   const std::uint8_t* in = input_.row(y_px_);
   std::uint8_t* out = output_.row(y_px_);
   int iterations = 0;
@@ -252,8 +240,7 @@ int MeanShiftJob::settle_run(int length) {
       ++iterations;
       const Point before = at;
       if (by_words_ && magnitude(at.y - y_px_) <= kReach) {
-        shift_by_words(input_, words_[0], kRing, cfg::kImageWidth, params_.spatial_radius_px,
-                       params_.range_radius_grey, at);
+        shift_by_words(input_, words_[0], kRing, cfg::kImageWidth, params_.range_radius_grey, at);
       } else {
         shift_by_pixels(input_, params_.spatial_radius_px, params_.range_radius_grey, at);
       }

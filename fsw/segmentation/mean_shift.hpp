@@ -16,13 +16,12 @@
 /// iterations, so that adoption was measured to save at most a tenth of the time, at the cost of exactness
 /// and of independence between pixels.
 ///
-/// Windows of radius 3 at most, the mission's, are summed four pixels at a time: a word holds four pixels of
-/// a column, so that one or two words a column are the window. That takes a range radius of 18 at most, with
-/// which the grey values of seven members, counted from the lowest, fit a byte. The words of the rows about
-/// the scan are kept; a trajectory that strays from them, and other radii, go pixel by pixel. Both ways give
-/// the same numbers.
+/// Windows of radius 1, the mission's, are summed a column at a time: a word holds four pixels of a column,
+/// three of which are the window's. That takes a range radius of 42 at most, with which the grey values of
+/// three members, counted from the lowest, fit a byte. The words of the rows about the scan are kept; a
+/// trajectory that strays from them, and other radii, go pixel by pixel. Both ways give the same numbers.
 ///
-/// Integer arithmetic only. Cost, operations: an iteration 8 (2 hs + 1) by words, (2 hs + 1)^2 by pixels, at
+/// Integer arithmetic only. Cost, operations: an iteration 24 by words, (2 hs + 1)^2 by pixels, at
 /// most `max_iterations` of them a pixel; words 2 a pixel.
 #pragma once
 
@@ -36,9 +35,9 @@
 namespace cairn {
 
 struct MeanShiftParams {
-  int spatial_radius_px = 3;   ///< hs, 1 to 32, pixels of the image given
+  int spatial_radius_px = 1;   ///< hs, 1 to 32, pixels of the image given
   int range_radius_grey = 16;  ///< hr, 1 to 255, grey levels
-  int max_iterations = 5;      ///< 1 to 100
+  int max_iterations = 2;      ///< 1 to 100
   int convergence = 1;  ///< 0 or more: a trajectory rests when (x, y) stays or |dx| + |dy| + dg^2 <= this
 };
 
@@ -69,7 +68,7 @@ class MeanShiftJob {
   MeanShiftStatus status() const { return status_; }
 
  private:
-  static constexpr int kRing = 16;  ///< rows of words: 8 above the scan, its own and 7 below
+  static constexpr int kRing = 8;  ///< rows of words: 4 above the scan, its own and 3 below
 
   void pack_row(int y);
   int settle_run(int length);

@@ -186,7 +186,8 @@ void RegionMergeJob::end_pass() {
   const bool quiet = joined_in_pass_ == 0;
   joined_in_pass_ = 0;
   if (!pruning_ && level_grey_ < params_.merge_grey) {
-    ++level_grey_;
+    level_grey_ += kLevelStep_grey;
+    if (level_grey_ > params_.merge_grey) level_grey_ = params_.merge_grey;
   } else if (quiet && !pruning_) {
     pruning_ = true;
   } else if (quiet) {

@@ -3,20 +3,21 @@
 ///
 /// A pass finds, for each region, the neighbour whose mean grey value is nearest (ties: the smaller number),
 /// then goes through the regions in ascending order and joins each one to that neighbour where their means,
-/// as they are by then, differ by at most the level of the pass. The level goes up by one grey level a pass
-/// to `merge_grey` and stays there until a pass joins nothing: the most similar ones go first, as in
-/// agglomerative merging, without a sorted list of edges. After that, each region below `min_area_px` joins
-/// its nearest neighbour whatever the difference, until none is left (unless the whole image is one):
-/// speckles and holes go to what is around them.
+/// as they are by then, differ by at most the level of the pass. The level goes up by `kLevelStep_grey` a
+/// pass to `merge_grey` and stays there until a pass joins nothing: the most similar ones go first, as in
+/// agglomerative merging, without a sorted list of edges. (Steps of one grey level gave no better boulders
+/// and took twice the passes.) After that, each region below `min_area_px` joins its nearest neighbour
+/// whatever the difference, until none is left (unless the whole image is one): speckles and holes go to what
+/// is around them.
 ///
 /// The first pass scans the image and notes which regions are neighbours. Later ones go over these notes,
 /// from which pairs that became one region are taken out, and most pairs that became the same one. Where
 /// there are more pairs than there is room for, as with noise, the next pass scans the image again.
 ///
-/// Every pass but the first `merge_grey` + 2 joins at least one region, so that the work is bounded; some 20
-/// passes are usual. Cost: for each pass about 8 operations a pair of neighbours (in the first one, 8 a
-/// pixel) and 8 a region; at the end 8 a region number and 8 a pixel. Deterministic: no order but that of
-/// numbers and rows enters.
+/// Every pass but the first `merge_grey` / `kLevelStep_grey` + 3 joins at least one region, so that the work
+/// is bounded; some 10 passes are usual. Cost: for each pass about 8 operations a pair of neighbours (in the
+/// first one, 8 a pixel) and 8 a region; at the end 8 a region number and 8 a pixel. Deterministic: no order
+/// but that of numbers and rows enters.
 #pragma once
 
 #include <cstdint>
@@ -43,6 +44,7 @@ enum class CAIRN_NODISCARD RegionMergeStatus : std::uint8_t {
 class RegionMergeJob {
  public:
   static constexpr int kRun = 256;  ///< regions or pairs of a unit
+  static constexpr int kLevelStep_grey = 4;
   static constexpr std::uint32_t unit_ops(int items) { return 8U * static_cast<std::uint32_t>(items); }
 
   /// `map`: connected in all its rows. Borrowed until the job is done.

@@ -1,15 +1,20 @@
 #include "segmentation/segmentation.hpp"
 
+#include <cmath>
+
 #include "core/assert.hpp"
 
 namespace cairn {
 namespace {
 
+constexpr double kMostGain = 4.0;  // beyond it noise of a grey level makes regions
+
 bool is_valid(const SegmentationParams& p) {
   return (p.scale_divisor == 1 || p.scale_divisor == 2) && p.connect_grey >= 0 && p.connect_grey <= 255 &&
          p.merge_grey >= 0 && p.merge_grey <= 255 && p.min_area_px >= 0 && p.max_area_fraction > 0.0 &&
          p.max_area_fraction <= 1.0 && p.min_contrast_grey >= 0 && p.min_contrast_grey <= 255 &&
-         p.max_labels >= 1 && p.max_labels <= static_cast<int>(cfg::kMaxLabels);
+         p.least_deviation_grey >= 0 && p.least_deviation_grey <= 255 && p.max_labels >= 1 &&
+         p.max_labels <= static_cast<int>(cfg::kMaxLabels);
 }
 
 bool is_valid(const ImageU8& image, int divisor) {
@@ -40,6 +45,9 @@ SegmentationStatus SegmentationJob::start(const SegmentationParams& params, cons
   width_ = image.width / params.scale_divisor;
   height_ = image.height / params.scale_divisor;
   cursor_ = 0;
+  sum_grey_ = 0;
+  sum_grey2_ = 0;
+  gain_q8_ = 256;
   phase_ = params.scale_divisor == 1 ? Phase::kFilter : Phase::kHalve;
   const MeanShiftParams filter{params.spatial_radius_px, params.range_radius_grey, params.max_iterations,
                                params.convergence};
@@ -79,6 +87,7 @@ std::uint32_t SegmentationJob::unit_cost() const {
 void SegmentationJob::do_unit() {
   switch (phase_) {
     case Phase::kHalve: halve_row(cursor_); break;
+    case Phase::kStretch: stretch_row(cursor_); break;
     case Phase::kConnect: connect_next_row(); return;
     case Phase::kOutline: outline_row(cursor_); break;
     case Phase::kSelect: select_next(); return;
@@ -89,7 +98,8 @@ void SegmentationJob::do_unit() {
   if (++cursor_ < height_) return;
   cursor_ = 0;
   switch (phase_) {
-    case Phase::kHalve: phase_ = Phase::kFilter; break;
+    case Phase::kHalve: end_halving(); break;
+    case Phase::kStretch: phase_ = Phase::kFilter; break;
     case Phase::kOutline:
       selected_.clear();
       phase_ = Phase::kSelect;
@@ -102,9 +112,37 @@ void SegmentationJob::halve_row(int y) {
   const std::uint8_t* upper = image_.row(2 * y);
   const std::uint8_t* lower = image_.row(2 * y + 1);
   std::uint8_t* out = &half_[y * width_];
+  std::uint32_t row_sum = 0;
+  std::uint32_t row_sum2 = 0;
   for (int x = 0; x < width_; ++x) {
     const int sum = upper[2 * x] + upper[2 * x + 1] + lower[2 * x] + lower[2 * x + 1];
-    out[x] = static_cast<std::uint8_t>((sum + 2) / 4);
+    const auto mean = static_cast<std::uint32_t>((sum + 2) / 4);
+    out[x] = static_cast<std::uint8_t>(mean);
+    row_sum += mean;
+    row_sum2 += mean * mean;
+  }
+  sum_grey_ += row_sum;
+  sum_grey2_ += row_sum2;
+}
+
+void SegmentationJob::end_halving() {
+  const auto pixels = static_cast<double>(width_ * height_);
+  const double mean = sum_grey_ / pixels;
+  const double variance = static_cast<double>(sum_grey2_) / pixels - mean * mean;
+  const double least = params_.least_deviation_grey;
+  phase_ = variance < least * least ? Phase::kStretch : Phase::kFilter;
+  if (phase_ == Phase::kFilter) return;
+  const double most = least / kMostGain;
+  gain_q8_ =
+      static_cast<std::int32_t>(256.0 * (variance > most * most ? least / std::sqrt(variance) : kMostGain));
+}
+
+/// About the mean, which goes to the middle of the scale.
+void SegmentationJob::stretch_row(int y) {
+  const auto mean = static_cast<std::int32_t>(sum_grey_ / static_cast<std::uint32_t>(width_ * height_));
+  for (std::uint8_t* p = &half_[y * width_]; p != &half_[(y + 1) * width_]; ++p) {
+    const std::int32_t grey = ((*p - mean) * gain_q8_ >> 8) + 128;
+    *p = static_cast<std::uint8_t>(grey < 0 ? 0 : grey > 255 ? 255 : grey);
   }
 }
 

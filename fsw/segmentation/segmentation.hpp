@@ -1,6 +1,8 @@
 /// Candidate boulders of one image: mean-shift segmentation as METHOD B.2 has it.
 ///
 ///   halving     mean of 2 x 2 pixels (scale_divisor 2), rounded: a quarter of the work, and less noise
+///   stretch     a dull picture's grey levels, where it is halved, to `least_deviation_grey`, fourfold at
+///               most: what follows takes grey levels as they are
 ///   filter      mean shift (mean_shift.hpp)
 ///   connection  neighbouring pixels whose modes differ by at most `connect_grey` are one region
 ///               (region_map.hpp). Out of memory for regions, as with strong gravel under a low sun, it
@@ -13,15 +15,15 @@
 /// A region is a piece of image of one intensity, not yet a boulder: a lit and a shaded face may be two
 /// regions, a patch of sand or a shadow may be one. Whether its 3D points stand above the ground is for later
 /// stages to say. The grey-level parameters suit an image that uses most of the 8 bits (companded by a square
-/// root or exposed to be so); a flat, hazy scene gives few regions and wants smaller ones.
+/// root or exposed to be so).
 ///
 /// Pixel coordinates of results are those of the full image (u right, v down, centre of the top-left pixel
 /// (0, 0)), areas and lengths are full-resolution pixels. Where the divisor is 2, an odd last row or column
 /// is not looked at. Integer arithmetic but for the means and centroids of the result.
 ///
-/// Cost: 9 million operations for 512 x 384 at half resolution, 4 of them in the filter and 4 in the merging;
-/// the same bits come out however it is sliced. The largest unit of work is eight trajectories of the filter,
-/// 450 operations for each iteration (1 to 2 are usual), or 8 operations a pixel of a row.
+/// Cost: some 5 million operations for 512 x 384 at half resolution, 2 of them in the filter and 2 in the
+/// merging; the same bits come out however it is sliced. The largest unit of work is 256 regions of the
+/// merging, or 8 operations a pixel of a row.
 #pragma once
 
 #include <cstdint>
@@ -41,14 +43,15 @@ struct SegmentationParams {
   int scale_divisor = cfg::kMission.segmentation_divisor;      ///< 1 or 2, the mission's or more
   int spatial_radius_px = cfg::kMission.mean_shift_radius_px;  ///< of the mean shift, working pixels, 1 to 32
   int range_radius_grey = cfg::kMission.mean_shift_radius_grey;    ///< 1 to 255
-  int max_iterations = 5;                                          ///< 1 to 100
+  int max_iterations = 2;                                          ///< 1 to 100
   int convergence = 1;                                             ///< as in MeanShiftParams
   int connect_grey = cfg::kMission.region_connect_grey;            ///< 0 to 255
   int merge_grey = cfg::kMission.region_merge_grey;                ///< 0 to 255
   int min_area_px = cfg::kMission.min_region_area_px;              ///< full-resolution pixels, 0 or more
   double max_area_fraction = cfg::kMission.max_region_fraction;    ///< of the image, above 0 up to 1
   int min_contrast_grey = cfg::kMission.min_region_contrast_grey;  ///< 0 to 255
-  int max_labels = static_cast<int>(cfg::kMaxLabels);              ///< 1 to cfg::kMaxLabels
+  int least_deviation_grey = 16;                       ///< of all pixels from their mean, 0 to 255
+  int max_labels = static_cast<int>(cfg::kMaxLabels);  ///< 1 to cfg::kMaxLabels
 };
 
 enum class CAIRN_NODISCARD SegmentationStatus : std::uint8_t {
@@ -109,14 +112,18 @@ class SegmentationJob {
   /// For telemetry and tuning: the tolerance that the connection ended with (above connect_grey where that
   /// gave more pieces than there is memory for), the pieces it gave, and the passes of the merging.
   int tolerance_grey() const { return tolerance_grey_; }
+  /// How far a dull picture was stretched, in 1/256; 256: not at all.
+  int gain_q8() const { return gain_q8_; }
 
  private:
-  enum class Phase : std::uint8_t { kHalve, kFilter, kConnect, kMerge, kOutline, kSelect, kPaint };
+  enum class Phase : std::uint8_t { kHalve, kStretch, kFilter, kConnect, kMerge, kOutline, kSelect, kPaint };
 
   void begin_merge();
   std::uint32_t unit_cost() const;
   void do_unit();
   void halve_row(int y);
+  void end_halving();
+  void stretch_row(int y);
   void begin_connect();
   void connect_next_row();
   void out_of_numbers();
@@ -147,7 +154,10 @@ class SegmentationJob {
   int cursor_ = 0;  ///< next row or region number of the phase
   int width_ = 0;   ///< working size
   int height_ = 0;
-  int tolerance_grey_ = 0;  ///< of the connection
+  int tolerance_grey_ = 0;       ///< of the connection
+  std::uint32_t sum_grey_ = 0;   ///< over the halved image
+  std::uint64_t sum_grey2_ = 0;  ///< of the squares
+  std::int32_t gain_q8_ = 256;   ///< of the stretch, about the mean
   int dropped_ = 0;
   MeanShiftJob filter_;
   RegionMergeJob merge_;

@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0xFCE8FA2AU, 0, 0};
-constexpr Golden kWhole = {35, 0x3A9B3F02U, 0xC987C809U, 0x86B565F4U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x51CFAAF6U, 0, 0};
+constexpr Golden kWhole = {35, 0x72C13E6FU, 0x84456171U, 0xA6190B57U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
