@@ -467,10 +467,10 @@ Progress Localizer::step_boulders(WorkBudget& budget) {
   }
   if (stage_ == FrameStage::kTracking) {
     if (tracks_.step(budget) == Progress::kMore) return Progress::kMore;
+    if (heights_due_ && !budget.take(GroundHeightJob::kStartOps)) return Progress::kMore;
     health_.dropped_tracks = tracks_.dropped();
     if (tracks_.jumped()) jumped();
     observed();
-    if (stage_ == FrameStage::kHeights) budget.charge(GroundHeightJob::kStartOps);
   }
   if (stage_ == FrameStage::kHeights) {
     if (ground_.step(budget) == Progress::kMore) return Progress::kMore;

@@ -15,7 +15,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0x51CFAAF6U, 0, 0};
-constexpr Golden kWhole = {35, 0x72C13E6FU, 0x84456171U, 0xA6190B57U};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x7C568B11U, 0x84456171U, 0xA6190B57U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
