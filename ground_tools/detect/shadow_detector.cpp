@@ -194,8 +194,7 @@ ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, 
       fitter.look_at(level.tile.grey, level.tile.valid, spot.x, spot.y);
       double most = 0.0;
       const auto fitted = [&](ShadowGround ground) {
-        ShadowFit f = fitter.fit(least, ground);
-        f.found = f.found && (f.across_px <= kMostOwn_px || last);
+        const ShadowFit f = fitter.fit(least, last ? kFitMostAcross_px : kMostOwn_px, ground);
         if (!f.found) return f;
         const ShadowFeatures of_fit = shadow_features(f, view.tan_elevation);
         Candidate c = candidate_of(f, of_fit, ground, spot, level);

@@ -122,11 +122,11 @@ void ShadowFitter::look_at(const ImageU8& grey, const ImageU8& valid, int u, int
     for (int y = v - reach_y; whole_ && y <= v + reach_y; ++y)
       whole_ = std::memchr(valid.row(y) + u - reach_x, 0, width) == nullptr;
   }
-  std::fill(looked_.begin(), looked_.end(), std::uint8_t{0});
+  std::fill(looked_.begin(), looked_.end(), 0);
 }
 
 bool ShadowFitter::begin(ShadowGround from) {
-  std::fill(ready_.begin(), ready_.end(), std::uint8_t{0});
+  std::fill(ready_.begin(), ready_.end(), 0);
   // A low sun's window is long, and the ground rises and falls in it: what is near tells the level. Every
   // other sample of every other row is enough for that.
   const bool wide = from == ShadowGround::kWide;
@@ -155,34 +155,41 @@ bool ShadowFitter::begin(ShadowGround from) {
   return depth_ > kOne * std::max(1.0, std::min(kLeastDepth * noise_, kDeep * ground_));
 }
 
+/// Samples of a row, from its left end, that hold all as far as a: most fits need few of those to the right.
+int ShadowFitter::samples_to(double a) const {
+  constexpr int kStep = 16;
+  const int most = 2 * half_columns_ + 1;
+  const double least = std::min(std::max(a + half_columns_, 0.0) + 2.0, static_cast<double>(most));
+  return std::min(most, (static_cast<int>(least) / kStep + 1) * kStep);
+}
+
 /// A row's grey levels, 1/16; -1 where there is no pixel.
-const std::int16_t* ShadowFitter::row_grey(int row) {
+const std::int16_t* ShadowFitter::row_grey(int row, int count) {
   const auto index = static_cast<std::size_t>(row + half_rows_);
   std::int16_t* const out = &grey16_[index * pitch_];
-  if (looked_[index] != 0) return out;
-  looked_[index] = 1;
-  for (int a = -half_columns_; a <= half_columns_; ++a) {
-    const int value = look(a, row);
-    out[a + half_columns_] = static_cast<std::int16_t>(value < 0 ? -1 : (value + 2048) >> 12);
+  for (int& i = looked_[index]; i < count; ++i) {
+    const int value = look(i - half_columns_, row);
+    out[i] = static_cast<std::int16_t>(value < 0 ? -1 : (value + 2048) >> 12);
   }
   return out;
 }
 
 /// Its samples, from a = -half_columns: darkness below the ground, none where there is no pixel.
-const ShadowFitter::Sample* ShadowFitter::row_samples(int row) {
+const ShadowFitter::Sample* ShadowFitter::row_samples(int row, int count) {
   const auto index = static_cast<std::size_t>(row + half_rows_);
   Sample* const out = &samples_[index * pitch_];
-  if (ready_[index] != 0) return out;
-  ready_[index] = 1;
-  const std::int16_t* const grey = row_grey(row);
+  if (ready_[index] >= count) return out;
+  const std::int16_t* const grey = row_grey(row, count);
   const int level = static_cast<int>(std::lround(ground_ * kOne));
-  int before = 0;
-  for (int i = 0; i <= 2 * half_columns_; ++i) {
+  int i = ready_[index];
+  int before = i > 0 ? static_cast<int>(out[i].before) : 0;
+  for (; i < count; ++i) {
     const int here = grey[i] < 0 ? 0 : level - grey[i];
     out[i] = {static_cast<double>(here), static_cast<double>(before)};
     before += here;
   }
-  out[2 * half_columns_ + 1] = {0.0, static_cast<double>(before)};
+  out[count] = {0.0, static_cast<double>(before)};
+  ready_[index] = count;
   return out;
 }
 
@@ -191,7 +198,7 @@ const ShadowFitter::Sample* ShadowFitter::row_samples(int row) {
 double ShadowFitter::core_depth() {
   double depth = 0.0;
   for (int b = -kCore; b <= kCore; ++b) {
-    const Sample* const d = row_samples(b) + half_columns_;
+    const Sample* const d = row_samples(b, samples_to(kCore)) + half_columns_;
     for (int a = -kCore; a <= kCore; ++a) depth = std::max(depth, d[a].dark);
   }
   return depth;
@@ -202,15 +209,21 @@ struct ShadowFitter::RowSums {
   const Sample* s;
   double half;
 
+  /// Where a lies, samples from the row's left end. Not std::max, whose branch keeps loops from vectors.
+  static double at(double a, double half) {
+    const double x = a + half + 0.5;
+    const double y = x > 0.0 ? x : 0.0;
+    return y < 2.0 * half + 1.0 ? y : 2.0 * half + 1.0;
+  }
   double to(double a) const {
-    const double x = std::min(std::max(a + half + 0.5, 0.0), 2.0 * half + 1.0);
+    const double x = at(a, half);
     const int k = static_cast<int>(x);
     return s[k].before + (x - k) * s[k].dark;
   }
 };
 
 double ShadowFitter::part(int row, double from, double to) {
-  const RowSums sums{row_samples(row), static_cast<double>(half_columns_)};
+  const RowSums sums{row_samples(row, samples_to(std::max(from, to))), static_cast<double>(half_columns_)};
   return sums.to(to) - sums.to(from);
 }
 
@@ -220,9 +233,23 @@ struct ShadowFitter::Rows {
   int first, last;
   std::array<double, kMostRows> w;
   std::array<const Sample*, kMostRows> samples;
+
+  std::size_t count() const { return static_cast<std::size_t>(std::max(0, last - first + 1)); }
+  /// As RowSums::to() of each row, which has its own `a`: in two loops, the first of them of vectors.
+  void sums_to(const double* a, double half, double* before) const {
+    std::array<int, kMostRows> k;
+    std::array<double, kMostRows> part;
+    const std::size_t n = count();
+    for (std::size_t i = 0; i < n; ++i) {
+      const double x = RowSums::at(a[i], half);
+      k[i] = static_cast<int>(x);
+      part[i] = x - k[i];
+    }
+    for (std::size_t i = 0; i < n; ++i) before[i] = samples[i][k[i]].before + part[i] * samples[i][k[i]].dark;
+  }
 };
 
-ShadowFitter::Rows ShadowFitter::rows(double b, double half_width, int every) {
+ShadowFitter::Rows ShadowFitter::rows(double b, double half_width, int every, double to) {
   Rows rows;
   rows.first = std::max(-half_rows_, ceil_of(b - half_width));
   rows.last = std::min(half_rows_, floor_of(b + half_width));
@@ -230,9 +257,14 @@ ShadowFitter::Rows ShadowFitter::rows(double b, double half_width, int every) {
   for (int row = rows.first; row <= rows.last; ++row)
     rows.w[static_cast<std::size_t>(row - rows.first)] =
         std::sqrt(std::max(0.0, 1.0 - (row - b) * (row - b) * scale));
-  for (int row = rows.first; row <= rows.last; row += every)
-    rows.samples[static_cast<std::size_t>(row - rows.first)] = row_samples(row);
+  see(rows, every, to);
   return rows;
+}
+
+void ShadowFitter::see(Rows& rows, int every, double to) {
+  const int count = samples_to(to);
+  for (int row = rows.first; row <= rows.last; row += every)
+    rows.samples[static_cast<std::size_t>(row - rows.first)] = row_samples(row, count);
 }
 
 /// Of the trials that are `t` but for their middles `a`; over every n-th row.
@@ -247,8 +279,7 @@ std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums(const Trial& t, const 
   const double stretch = std::sqrt(1.0 + t.slope * t.slope);
   const double tip = t.along * stretch;
   const double terminator = t.along / stretch;
-  const auto count = static_cast<std::size_t>(std::max(0, rows.last - rows.first + 1));
-  for (std::size_t row = 0; row < count; row += static_cast<std::size_t>(every)) {
+  for (std::size_t row = 0; row < rows.count(); row += static_cast<std::size_t>(every)) {
     const double w = rows.w[row];
     const RowSums sums{rows.samples[row], half};
     for (std::size_t i = 0; i < kCount; ++i) {
@@ -264,8 +295,10 @@ std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums(const Trial& t, const 
   return out;
 }
 
+double ShadowFitter::tip_of(const Trial& t) { return t.a + t.along * std::sqrt(1.0 + t.slope * t.slope); }
+
 ShadowFitter::Sums ShadowFitter::sums(const Trial& t) {
-  return sums<1>(t, {t.a}, rows(t.b, t.across, 1), 1)[0];
+  return sums<1>(t, {t.a}, rows(t.b, t.across, 1, tip_of(t)), 1)[0];
 }
 
 double ShadowFitter::prior(const Trial& t) const {
@@ -285,12 +318,16 @@ double ShadowFitter::value(const Sums& s, double prior, int every) const {
 /// All places about the spot for an outline of this size; the most that one explains, and the best so far.
 double ShadowFitter::try_places(double across, Trial& best, double& most) {
   constexpr int kPlaces = 5;  ///< each way
+  constexpr double kHeights[] = {0.45, 0.8, 1.3, 2.0};
   const int every = across > 4.0 ? 2 : 1;
+  const auto centroid = [](double stretch) { return kCentroid * (stretch + 1.0 / stretch); };
+  const double longest = std::sqrt(1.0 + std::pow(std::min(kHeights[3] / tan_elevation_, most_slope_), 2.0));
+  const double farthest = across * (longest - centroid(longest) + 0.6) + 1.0;
   std::array<Rows, kPlaces> rows_of;
   for (int j = 0; j < kPlaces; ++j)
-    rows_of[static_cast<std::size_t>(j)] = rows(0.3 * (j - 2) * across, across, every);
+    rows_of[static_cast<std::size_t>(j)] = rows(0.3 * (j - 2) * across, across, every, farthest);
   double most_here = 0.0;
-  for (const double height : {0.45, 0.8, 1.3, 2.0}) {
+  for (const double height : kHeights) {
     Trial t{0.0, 0.0, across, across, std::min(height / tan_elevation_, most_slope_)};
     const double stretch = std::sqrt(1.0 + t.slope * t.slope);
     const double middle = kCentroid * across * (stretch + 1.0 / stretch);  // the dark's centroid
@@ -397,7 +434,7 @@ void ShadowFitter::measure(const Trial& t, ShadowFit& fit) {
     near_n += near;
     for (int a = ceil_of(a1); a <= floor_of(a2); ++a) {
       if (a < -half_columns_ || a > half_columns_) continue;
-      const double d = row_samples(row)[a + half_columns_].dark;
+      const double d = row_samples(row, samples_to(a2))[a + half_columns_].dark;
       square += d * d;
       mean += d;
       square_n += 1.0;
@@ -455,8 +492,8 @@ void ShadowFitter::measure_around(const Trial& t, ShadowFit& fit) {
     const double w = inside > 0.0 ? std::sqrt(inside) : 0.0;
     const double a0 = t.a - (t.along + 1.0) * w;
     const double a2 = t.a + (tip + 1.0) * w;
-    const Sample* const d = row_samples(row) + half_columns_;
-    const std::int16_t* const grey = row_grey(row) + half_columns_;
+    const Sample* const d = row_samples(row, samples_to(to)) + half_columns_;
+    const std::int16_t* const grey = row_grey(row, samples_to(to)) + half_columns_;
     for (int a = from; a <= to; ++a) {
       absent += grey[a] < 0 ? 1 : 0;
       if (inside > 0.0 && a >= a0 && a <= a2) continue;
@@ -481,10 +518,11 @@ struct ShadowFitter::Between {
   }
 };
 
-ShadowFitter::Between ShadowFitter::between_rows(double b) {
+ShadowFitter::Between ShadowFitter::between_rows(double b, double to) {
   const double b_in = std::clamp(b, -static_cast<double>(half_rows_), half_rows_ - 1.0);
   const int row = floor_of(b_in);
-  return {row_samples(row) + half_columns_, row_samples(row + 1) + half_columns_, b_in - row};
+  const int count = samples_to(to);
+  return {row_samples(row, count) + half_columns_, row_samples(row + 1, count) + half_columns_, b_in - row};
 }
 
 void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
@@ -497,13 +535,14 @@ void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
                                      0.6 * t.along, 0.6 * t.along};
   constexpr double kAcross[kCellsAcross + 1] = {0.0, 0.4, 0.9, 1.5, 2.3};
   const double contrast = kOne * (fit.ground - fit.dark);
+  const double end = tip_of(t) + 1.2 * t.along + 1.0;
   std::array<Between, 2 * kEach * kCellsAcross> rows;
   for (std::size_t i = 0; i < kCellsAcross; ++i) {
     for (int n = 0; n < kEach; ++n) {
       const double b = t.across * (kAcross[i] + (n + 0.5) / kEach * (kAcross[i + 1] - kAcross[i]));
       const std::size_t k = 2 * (i * kEach + static_cast<std::size_t>(n));
-      rows[k] = between_rows(t.b - b);
-      rows[k + 1] = between_rows(t.b + b);
+      rows[k] = between_rows(t.b - b, end);
+      rows[k + 1] = between_rows(t.b + b, end);
     }
   }
   double from = t.a - 2.2 * t.along;
@@ -526,32 +565,51 @@ void ShadowFitter::picture(const Trial& t, ShadowFit& fit) {
   }
 }
 
-ShadowFitter::Sums ShadowFitter::sums(const Hollow& h) {
+/// A hollow's disc, row by row: sums to where it begins and ends. Moves of its edge alone leave it as it is.
+struct ShadowFitter::Disc {
+  double a, b, radius;
+  Rows rows;
+  std::array<double, kMostRows> from, to, before_from, before_to;
+};
+
+void ShadowFitter::put(const Hollow& h, Disc& disc) {
+  disc.a = h.a;
+  disc.b = h.b;
+  disc.radius = h.radius;
+  disc.rows = rows(h.b, h.radius, 1, h.a + h.radius);
+  for (std::size_t i = 0; i < disc.rows.count(); ++i) {
+    disc.from[i] = h.a - h.radius * disc.rows.w[i];
+    disc.to[i] = h.a + h.radius * disc.rows.w[i];
+  }
+  const double half = half_columns_;
+  disc.rows.sums_to(disc.from.data(), half, disc.before_from.data());
+  disc.rows.sums_to(disc.to.data(), half, disc.before_to.data());
+}
+
+ShadowFitter::Sums ShadowFitter::sums(const Hollow& h, const Disc& disc) const {
   double lit = 0.0;
   double dark = 0.0;
   double lit_n = 0.0;
   double dark_n = 0.0;
-  const Rows rows = this->rows(h.b, h.radius, 1);
-  const double half = half_columns_;
-  for (int row = rows.first; row <= rows.last; ++row) {
-    const auto index = static_cast<std::size_t>(row - rows.first);
-    const double w = rows.w[index];
-    const double a0 = h.a - h.radius * w;
-    const double a2 = h.a + h.radius * w;
-    const double edge = h.a + h.radius * (h.arc * w - h.shift) + h.tilt * (row - h.b);
-    const double a1 = std::min(std::max(edge, a0), a2);
-    const RowSums sums{rows.samples[index], half};
-    const double before_lit = sums.to(a1);
-    dark += before_lit - sums.to(a0);
-    lit += sums.to(a2) - before_lit;
-    dark_n += a1 - a0;
-    lit_n += a2 - a1;
+  std::array<double, kMostRows> edge, before_edge;
+  const std::size_t n = disc.rows.count();
+  for (std::size_t i = 0; i < n; ++i) {
+    const double off = disc.rows.first + static_cast<int>(i) - h.b;
+    const double e = h.a + h.radius * (h.arc * disc.rows.w[i] - h.shift) + h.tilt * off;
+    const double f = e > disc.from[i] ? e : disc.from[i];
+    edge[i] = f < disc.to[i] ? f : disc.to[i];
+  }
+  disc.rows.sums_to(edge.data(), half_columns_, before_edge.data());
+  for (std::size_t i = 0; i < n; ++i) {
+    dark += before_edge[i] - disc.before_from[i];
+    lit += disc.before_to[i] - before_edge[i];
+    dark_n += edge[i] - disc.from[i];
+    lit_n += disc.to[i] - edge[i];
   }
   return {lit_n, lit, dark_n, dark};
 }
 
-double ShadowFitter::value(const Hollow& h) {
-  const Sums s = sums(h);
+double ShadowFitter::value(const Sums& s) {
   if (s.dark <= 0.0 || s.lit >= 0.0) return 0.0;
   return s.dark * s.dark / s.dark_n + s.lit * s.lit / s.lit_n;
 }
@@ -560,16 +618,23 @@ double ShadowFitter::value(const Hollow& h) {
 HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) {
   static constexpr double kShapes[][2] = {{0.0, 0.25}, {0.0, -0.1}, {1.0, 0.7}, {1.0, 1.1}};  // arc, shift
   Hollow best{};
+  std::array<Disc, 2> discs;
+  Disc* of_best = &discs[0];
+  Disc* of_trial = &discs[1];
+  of_best->radius = 0.0;
   double most = 0.0;
   const auto consider = [&](const Hollow& h) {
     if (h.radius < kLeastHollow_px || h.radius > kMostHollow_px || std::fabs(h.b) > half_rows_ ||
         h.arc - h.shift > 0.8 || h.arc - h.shift < -0.8 || std::fabs(h.tilt) > kMostTilt ||
         std::fabs(h.a) > half_columns_)
       return false;
-    const double v = value(h);
+    const bool same = h.a == of_best->a && h.b == of_best->b && h.radius == of_best->radius;
+    if (!same) put(h, *of_trial);
+    const double v = value(sums(h, same ? *of_best : *of_trial));
     if (!(v > most)) return false;
     most = v;
     best = h;
+    if (!same) std::swap(of_best, of_trial);
     return true;
   };
   for (const auto& shape : kShapes) {
@@ -600,7 +665,7 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) {
   }
   HollowFit fit;
   if (most <= 0.0) return fit;
-  const Sums s = sums(best);
+  const Sums s = sums(best, *of_best);
   fit.du_px = best.a * cos_ - best.b * sin_;
   fit.dv_px = best.a * sin_ + best.b * cos_;
   fit.radius_px = best.radius;
@@ -610,13 +675,13 @@ HollowFit ShadowFitter::hollow(bool dark, double from, double to, double b) {
   return fit;
 }
 
-ShadowFit ShadowFitter::fit(double least_across_px, ShadowGround from) {
+ShadowFit ShadowFitter::fit(double least_across_px, double most_across_px, ShadowGround from) {
   ShadowFit fit;
   if (!begin(from)) return fit;
   Trial best{};
   double most = 0.0;
   search(least_across_px, best, most);
-  if (most <= 0.0) return fit;
+  if (most <= 0.0 || best.across > most_across_px) return fit;
   const Sums s = sums(best);
   fit.du_px = best.a * cos_ - best.b * sin_;
   fit.dv_px = best.a * sin_ + best.b * cos_;

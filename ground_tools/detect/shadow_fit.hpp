@@ -103,10 +103,10 @@ class ShadowFitter {
   void look_at(const ImageU8& grey, const ImageU8& valid, int u, int v);
 
   /// Fits around the spot looked at, half widths `least_across_px` to the most of `from`. `found` is false
-  /// where many pixels are not there, and where the darkest sample near the spot is neither three of the
-  /// ground's standard deviations below it nor 0.4 of its level: on patched ground the former would be more
-  /// than all light there is.
-  ShadowFit fit(double least_across_px, ShadowGround from);
+  /// where what fits best is wider than `most_across_px`, where many pixels are not there, and where the
+  /// darkest sample near the spot is neither three of the ground's standard deviations below it nor 0.4 of
+  /// its level: on patched ground the former would be more than all light there is.
+  ShadowFit fit(double least_across_px, double most_across_px, ShadowGround from);
 
  private:
   struct Trial {
@@ -128,19 +128,23 @@ class ShadowFitter {
   struct RowSums;
   struct Rows;
   struct Between;
+  struct Disc;
   static constexpr int kWays = 7;  ///< to move a trial
   static constexpr std::size_t kMostRows = 2 * static_cast<std::size_t>(2.2 * kFitMostAcross_px + 2.0) + 1;
 
   bool begin(ShadowGround from);
   int look(int a, int b) const;
-  const std::int16_t* row_grey(int row);
-  const Sample* row_samples(int row);
+  int samples_to(double a) const;
+  const std::int16_t* row_grey(int row, int count);
+  const Sample* row_samples(int row, int count);
   double core_depth();
-  double part(int row, double from, double to);  ///< darkness summed
-  Rows rows(double b, double half_width, int every);
+  double part(int row, double from, double to);                  ///< darkness summed
+  Rows rows(double b, double half_width, int every, double to);  ///< samples as far as `to`
+  void see(Rows& rows, int every, double to);
   template <std::size_t kCount>
   std::array<Sums, kCount> sums(const Trial& t, const std::array<double, kCount>& a, const Rows& rows,
                                 int every) const;
+  static double tip_of(const Trial& t);
   Sums sums(const Trial& t);
   double prior(const Trial& t) const;
   double value(const Sums& s, double prior, int every) const;  ///< what a trial explains
@@ -151,10 +155,11 @@ class ShadowFitter {
   bool allowed(const Trial& t, double least_across_px) const;
   void measure(const Trial& t, ShadowFit& fit);
   void measure_around(const Trial& t, ShadowFit& fit);
-  Between between_rows(double b);
+  Between between_rows(double b, double to);
   void picture(const Trial& t, ShadowFit& fit);
-  Sums sums(const Hollow& h);
-  double value(const Hollow& h);
+  void put(const Hollow& h, Disc& disc);
+  Sums sums(const Hollow& h, const Disc& disc) const;
+  static double value(const Sums& s);
   /// The hollow whose dark or bright wall lies from `from` to `to` on row b, about.
   HollowFit hollow(bool dark, double from, double to, double b);
 
@@ -171,8 +176,8 @@ class ShadowFitter {
   std::size_t pitch_;                 ///< of rows; they are looked at and sampled as they are asked for
   std::vector<std::int16_t> grey16_;  ///< 1/16; -1 where there is no pixel
   std::vector<Sample> samples_;
-  std::vector<std::uint8_t> looked_;  ///< rows of the spot in hand
-  std::vector<std::uint8_t> ready_;   ///< rows of its ground in hand
+  std::vector<int> looked_;  ///< samples of the rows of the spot in hand,
+  std::vector<int> ready_;   ///< and of its ground in hand
 };
 
 }  // namespace cairn::ground

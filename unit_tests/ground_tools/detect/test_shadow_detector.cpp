@@ -8,6 +8,7 @@
 #include "base/tool_error.hpp"
 #include "core/random.hpp"
 #include "core/trig.hpp"
+#include "detect/shadow_fit.hpp"
 #include "ground_tools/detect/drawn_gullies.hpp"
 #include "ground_tools/raster_in_memory.hpp"
 #include "support/cmocka.hpp"
@@ -333,6 +334,45 @@ void test_hollows_among_boulders(void**) {
   }
 }
 
+bool same(const HollowFit& a, const HollowFit& b) {
+  return a.du_px == b.du_px && a.dv_px == b.dv_px && a.radius_px == b.radius_px && a.explained == b.explained;
+}
+bool same(const ShadowFit& a, const ShadowFit& b) {
+  return a.found == b.found && a.du_px == b.du_px && a.dv_px == b.dv_px && a.reach_px == b.reach_px &&
+         a.explained == b.explained && a.clutter == b.clutter && a.beside == b.beside &&
+         a.spread == b.spread && a.absent == b.absent && a.picture == b.picture &&
+         same(a.beyond_rim, b.beyond_rim) && same(a.far_wall, b.far_wall);
+}
+
+/// Whatever was fitted at the spot, or elsewhere, before; and what is wider than asked for is not found.
+void test_a_fit_stands_alone(void**) {
+  for (const char* text : {"45,135", "30,20", "14,250"}) {
+    const Sun sun = parse_sun(text);
+    draw_field(0.1, sun, 4);
+    const ShadowView view = shadow_view(sun, raster.geo);
+    const PixelRect all{0, 0, raster.width, raster.height};
+    const GreyTile tile{all, raster.grey_view(), {}};
+    const auto fitter = [&] { return ShadowFitter(-view.towards_sun_px, view.tan_elevation); };
+    ShadowFitter used = fitter();
+    int found_fits = 0;
+    for (const Spot& spot : dark_spots(tile, all, ShadowParams{}.seed_contrast)) {
+      const auto look = [&](ShadowFitter& at) { at.look_at(tile.grey, tile.valid, spot.x, spot.y); };
+      const auto wide = [&](ShadowFitter& at, double most) { return at.fit(2.0, most, ShadowGround::kWide); };
+      ShadowFitter fresh = fitter();
+      look(fresh);
+      const ShadowFit alone = wide(fresh, kFitMostAcross_px);
+      look(used);
+      used.fit(2.0, kFitMostAcross_px, ShadowGround::kNear);
+      assert_true(same(wide(used, kFitMostAcross_px), alone));
+      if (!alone.found) continue;
+      ++found_fits;
+      assert_true(same(wide(used, alone.across_px), alone));
+      assert_false(wide(used, 0.999 * alone.across_px).found);
+    }
+    assert_true(found_fits >= 5);
+  }
+}
+
 void test_odd_images(void**) {
   const Sun sun = parse_sun("45,90");
   for (const int side : {1, 2, 3, 7, 16, 33}) {
@@ -399,6 +439,7 @@ int main() {
                               cmocka_unit_test(test_what_is_no_boulder),
                               cmocka_unit_test(test_hollows_among_boulders),
                               cmocka_unit_test(test_gullies_are_no_boulders),
+                              cmocka_unit_test(test_a_fit_stands_alone),
                               cmocka_unit_test(test_odd_images),
                               cmocka_unit_test(test_ranges)};
   return cmocka_run_group_tests_name("ground_tools/detect/shadow_detector", tests, nullptr, nullptr);
