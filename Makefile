@@ -42,7 +42,9 @@ board = @$(if $(BARE),:,echo 'make $@: give TARGET=$(subst $() ,|,$(filter-out h
 WARN    := -Wall -Wextra -Wshadow -Wvla -Walloca -Wcast-align -Wdouble-promotion -Wnon-virtual-dtor -Werror
 EIGEN_HOME := /usr/include/eigen3
 EIGEN_TERMS := $(wildcard /usr/share/doc/libeigen3-dev/copyright)
-EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_NO_MALLOC -DEIGEN_NO_IO -DEIGEN_MAX_ALIGN_BYTES=0 -isystem $(EIGEN_HOME)
+# Unrolled beyond 64 operations (3 x 3), matrices make the flight code 7 kB larger and no faster; the bits are the same.
+EIGEN   := -DEIGEN_DONT_VECTORIZE -DEIGEN_UNROLLING_LIMIT=64 -DEIGEN_NO_MALLOC -DEIGEN_NO_IO \
+           -DEIGEN_MAX_ALIGN_BYTES=0 -isystem $(EIGEN_HOME)
 INC     := -Ifsw -Imission_cfg -Imission_cfg/$(MISSION) -I. $(EIGEN)
 comma   := ,
 SANFLAG := $(if $(SAN),-fsanitize=address$(comma)undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
