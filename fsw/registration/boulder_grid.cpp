@@ -126,17 +126,13 @@ BoulderQuery BoulderGrid::query(const GridPoint& at, double radius_m) const {
     if (!(c > 0.0)) return 0;
     return c >= kSide - 1 ? kSide - 1 : static_cast<int>(c);
   };
-  BoulderQuery q;
-  q.at = at;
-  q.radius_m = radius_m;
-  q.x0 = cell(at.x_m - reach - x0_m_);
-  q.x1 = cell(at.x_m + reach - x0_m_);
-  q.y0 = cell(at.y_m - reach - y0_m_);
-  q.y1 = cell(at.y_m + reach - y0_m_);
-  for (int y = q.y0; y <= q.y1; ++y) {
-    q.candidates += cell_begin_[y * kSide + q.x1 + 1] - cell_begin_[y * kSide + q.x0];
-  }
-  return q;
+  const int x0 = cell(at.x_m - reach - x0_m_);
+  const int x1 = cell(at.x_m + reach - x0_m_);
+  const int y0 = cell(at.y_m - reach - y0_m_);
+  const int y1 = cell(at.y_m + reach - y0_m_);
+  std::uint32_t candidates = 0;
+  for (int y = y0; y <= y1; ++y) candidates += cell_begin_[y * kSide + x1 + 1] - cell_begin_[y * kSide + x0];
+  return {at, radius_m, x0, x1, y0, y1, 0, candidates};
 }
 
 NearestBoulder BoulderGrid::nearest(const BoulderQuery& query, const SizeRule& sizes) const {

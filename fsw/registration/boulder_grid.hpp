@@ -10,7 +10,7 @@
 /// The grid has 64 x 64 cells over the square that holds the boulders; a cell is as small as that allows, but
 /// no smaller than `least_cell_m`. With the radius of the questions for it, an answer looks at 3 x 3 cells
 /// (by rounding, seldom, 4 in a row). Where boulders crowd, the worst that an answer looks at is all
-/// of them: `BoulderQuery::ops` says beforehand what it costs, and `piece` cuts it, so that no unit of work
+/// of them: `BoulderQuery::ops` says beforehand what it costs, and `cut` cuts it, so that no unit of work
 /// need be longer than kPiece boulders. Pieces one after the other visit what the whole does, in its order.
 ///
 /// Cost. start() copies and checks, 5 operations a boulder (start_ops), counted by who calls it. step(): 8
@@ -59,12 +59,13 @@ struct BoulderQuery {
 
   /// Operations of one answer: 5 a row of cells, at least 20, and 4 a boulder in them.
   std::uint32_t ops() const { return ops(static_cast<std::uint32_t>(y1 - y0 + 1), candidates); }
-  /// What is left of this question after its first `from` boulders, kPiece of them at most.
-  BoulderQuery piece(std::uint32_t from) const {
-    BoulderQuery q = *this;
-    q.skipped = from;
-    q.candidates = candidates - from < kPiece ? candidates - from : kPiece;
-    return q;
+  /// Leaves of this question what comes after its first `from` boulders, kPiece of them at most; true where
+  /// that is the rest of it.
+  bool cut(std::uint32_t from) {
+    const std::uint32_t rest = candidates - from;
+    skipped = from;
+    candidates = rest < kPiece ? rest : kPiece;
+    return rest <= kPiece;
   }
   static constexpr std::uint32_t ops(std::uint32_t rows, std::uint32_t boulders) {
     return (rows > 4U ? 5U * rows : 20U) + 4U * boulders;

@@ -158,14 +158,13 @@ bool Ground::crowd_step(WorkBudget& budget) {
   for (; cursor_ < grid_.size(); cursor_ += stride) {
     const GridPoint& m = grid_[cursor_];
     if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) continue;
-    const BoulderQuery whole = grid_.query(m, crowd_m_);
-    while (seen_ < whole.candidates) {  // itself, at least
-      const BoulderQuery query = whole.piece(seen_);
+    for (bool last = false; !last;) {
+      BoulderQuery query = grid_.query(m, crowd_m_);
+      last = query.cut(seen_);
       if (!budget.take(crowd_ops(query.ops()))) return false;
       grid_.for_each_near(query, [this](std::uint16_t, double) { neighbours_ += 1.0; });
-      seen_ += query.candidates;
+      seen_ = last ? 0 : seen_ + query.candidates;
     }
-    seen_ = 0;
     neighbours_ -= 1.0;  // itself
     expected_ += density(m.x_m, m.y_m) * kPi * crowd_m_ * crowd_m_;
   }

@@ -454,22 +454,20 @@ void PoseSearchJob::tell_pose() {
 // ---- the cursor -------------------------------------------------------------------------------------------
 
 /// True after the last piece of a question.
-bool PoseSearchJob::all_seen(const BoulderQuery& whole, const BoulderQuery& piece) {
-  seen_ += piece.candidates;
-  if (seen_ < whole.candidates) return false;
-  seen_ = 0;
-  return true;
+bool PoseSearchJob::all_seen(const BoulderQuery& piece, bool last) {
+  seen_ = last ? 0 : seen_ + piece.candidates;
+  return last;
 }
 
 /// One unit of a pair's hypotheses.
 Progress PoseSearchJob::follow_pair(WorkBudget& budget) {
   switch (phase_) {
     case Phase::kGather: {
-      const BoulderQuery whole = firsts_query();
-      const BoulderQuery query = whole.piece(seen_);
+      BoulderQuery query = firsts_query();
+      const bool last = query.cut(seen_);
       if (!budget.take(gather_ops(query.ops()))) return Progress::kMore;
       gather_firsts(query);
-      if (!all_seen(whole, query)) break;
+      if (!all_seen(query, last)) break;
       seconds_.clear();
       phase_ = Phase::kFirst;
       break;
@@ -479,11 +477,11 @@ Progress PoseSearchJob::follow_pair(WorkBudget& budget) {
         phase_ = Phase::kPair;
         break;
       }
-      const BoulderQuery whole = seconds_query();
-      const BoulderQuery query = whole.piece(seen_);
+      BoulderQuery query = seconds_query();
+      const bool last = query.cut(seen_);
       if (!budget.take(first_ops(query.ops()))) return Progress::kMore;
       gather_seconds(query);
-      if (!all_seen(whole, query)) break;
+      if (!all_seen(query, last)) break;
       second_ = 0;
       phase_ = Phase::kSecond;
       break;
@@ -499,12 +497,12 @@ Progress PoseSearchJob::follow_pair(WorkBudget& budget) {
       if (hypothesise(seconds_[second_++])) phase_ = Phase::kLook;
       break;
     case Phase::kLook: {
-      const BoulderQuery whole = look_query();
-      const BoulderQuery query = whole.piece(seen_);
+      BoulderQuery query = look_query();
+      const bool last = query.cut(seen_);
       if (!budget.take(look_ops(query.ops()))) return Progress::kMore;
-      if (seen_ == 0) near_ = BoulderGrid::none(whole);
+      if (seen_ == 0) near_ = BoulderGrid::none(query);
       ground_.grid().nearest(query, sizes_, near_);
-      if (all_seen(whole, query) && !look(near_)) phase_ = Phase::kSecond;
+      if (all_seen(query, last) && !look(near_)) phase_ = Phase::kSecond;
       break;
     }
     default: break;

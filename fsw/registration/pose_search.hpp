@@ -158,7 +158,7 @@ class PoseSearchJob {
   void gather_seconds(const BoulderQuery& piece);
   bool hypothesise(std::uint16_t second);
   BoulderQuery look_query() const;
-  bool all_seen(const BoulderQuery& whole, const BoulderQuery& piece);
+  bool all_seen(const BoulderQuery& piece, bool last);
   Progress follow_pair(WorkBudget& budget);
   bool look(const NearestBoulder& near);
   bool distinct(const Hypothesis& a, const Hypothesis& b) const;

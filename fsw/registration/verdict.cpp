@@ -397,13 +397,13 @@ Progress EvidenceJob::step(WorkBudget& budget) {
       continue;
     }
     const Sighting& s = (*sightings_)[cursor_];
-    const BoulderQuery whole = query(s);
-    const BoulderQuery q = whole.piece(seen_);
+    BoulderQuery q = query(s);
+    const bool last = q.cut(seen_);
     if (!budget.take(look_ops(q.ops()))) return Progress::kMore;
     look(s, q);
     seen_ += q.candidates;
-    if (seen_ < whole.candidates) continue;
-    looked(s, whole);
+    if (!last) continue;
+    looked(s, q);
     if (++cursor_ == sightings_->size()) end_pass();
   }
   return Progress::kDone;

@@ -198,7 +198,8 @@ void test_pieces_are_the_whole(void**) {
     std::vector<std::uint16_t> pieces;
     std::uint32_t seen = 0;
     while (seen < whole.candidates) {
-      const BoulderQuery piece = whole.piece(seen);
+      BoulderQuery piece = whole;
+      assert_true(piece.cut(seen) == (seen + piece.candidates == whole.candidates));
       assert_at_most(piece.candidates, BoulderQuery::kPiece);
       assert_at_most(piece.ops(), BoulderGrid::most_piece_ops());
       grid.for_each_near(piece, [&](std::uint16_t k, double) { pieces.push_back(k); });
