@@ -5,22 +5,22 @@
 namespace cairn {
 namespace {
 
-constexpr int kPlaneIterations = 6;
+// Half of the planes settle in three, one in a hundred takes fifteen.
+constexpr int kMostPlaneIterations = 15;
+constexpr double kSettled = 0.02;  // root mean square change of heights, of the ground's roughness
 
-RegionBox widen(const RegionBox& box, double share, int least) {
+PixelBounds widen(const RegionBox& box, double share, int least) {
   const int du = static_cast<int>(share * (box.u_max - box.u_min + 1));
   const int dv = static_cast<int>(share * (box.v_max - box.v_min + 1));
   const int margin_u = du > least ? du : least;
   const int margin_v = dv > least ? dv : least;
-  RegionBox wide = box;
-  wide.u_min = static_cast<std::int16_t>(box.u_min - margin_u);
-  wide.u_max = static_cast<std::int16_t>(box.u_max + margin_u);
-  wide.v_min = static_cast<std::int16_t>(box.v_min - margin_v);
-  wide.v_max = static_cast<std::int16_t>(box.v_max + margin_v);
-  return wide;
+  return {static_cast<std::int16_t>(box.u_min - margin_u), static_cast<std::int16_t>(box.u_max + margin_u),
+          static_cast<std::int16_t>(box.v_min - margin_v), static_cast<std::int16_t>(box.v_max + margin_v)};
 }
 
 }  // namespace
+
+PixelBounds RegionEvidenceJob::surroundings(const RegionBox& region) { return widen(region, 0.5, 12); }
 
 RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params, const RegionBoxes& regions,
                                               SurfacePoints& points) {
@@ -59,7 +59,7 @@ Progress RegionEvidenceJob::step(WorkBudget& budget) {
 RegionEvidenceJob::Span RegionEvidenceJob::next_span() const {
   if (phase_ == Phase::kIndex || phase_ == Phase::kFit)
     return {cursor_, end_ - cursor_ < kUnitPoints ? end_ : cursor_ + kUnitPoints};
-  const RegionBox& box = phase_ == Phase::kGather ? wide_ : near_;
+  const PixelBounds& box = phase_ == Phase::kGather ? wide_ : near_;
   const std::size_t row_end = first_at_or_below((*points_)[cursor_].v + 1);
   const std::size_t begin = first_right_of(box.u_min - 1, cursor_, row_end);
   return {begin, first_right_of(box.u_max, begin, row_end)};
@@ -83,7 +83,7 @@ std::size_t RegionEvidenceJob::first_at_or_below(int v) const {
 }
 
 void RegionEvidenceJob::open() {
-  wide_ = widen(region(), 0.5, 12);
+  wide_ = surroundings(region());
   near_ = widen(region(), 0.25, 6);
   near_begin_ = first_at_or_below(near_.v_min);
   near_end_ = first_at_or_below(near_.v_max + 1);
@@ -145,9 +145,12 @@ void RegionEvidenceJob::after_gather() {
 }
 
 void RegionEvidenceJob::after_iteration() {
+  const GroundPlane before = plane_;
   sums_.solve(plane_);
+  const double least = kSettled * params_.plane_scale_m;
+  const bool settled = iteration_ > 0 && sums_.mean_square_between(before, plane_) < least * least;
   sums_ = {};
-  if (++iteration_ < kPlaneIterations) {
+  if (++iteration_ < kMostPlaneIterations && !settled) {
     enter(Phase::kFit, 0, ground_.size());
   } else {
     enter(Phase::kOwn, near_begin_, near_end_);

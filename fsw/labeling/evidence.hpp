@@ -5,11 +5,11 @@
 ///   z = a (x - x_0) + b (y - y_0) + c
 /// is fitted to the points around the region (its box widened by half its size), robustly and one-sidedly,
 /// since what is not ground there stands above it: weight (1 + (r/s)^2)^-2 above the plane and
-/// (1 + (r/2s)^2)^-1 below, six iterations. A point is raised where it stands `min_height_m` and three
-/// standard deviations above that plane. A region with `min_raised` raised points of its own, and one at
-/// least `min_top_m` high, is a boulder's; then the points around it that carry no label but are raised as
-/// well belong to it too (a lit face often has the ground's grey). Without `test_height` every region's
-/// points count: that is the paper's variant.
+/// (1 + (r/2s)^2)^-1 below, until it rests, in fifteen iterations at most. A point is raised where it stands
+/// `min_height_m` and three standard deviations above that plane. A region with `min_raised` raised points of
+/// its own, and one at least `min_top_m` high, is a boulder's; then the points around it that carry no label
+/// but are raised as well belong to it too (a lit face often has the ground's grey). Without `test_height`
+/// every region's points count: that is the paper's variant.
 ///
 /// Frame: `site`, z up, metres. Heights are vertical.
 #pragma once
@@ -20,6 +20,7 @@
 #include "core/fixed_vector.hpp"
 #include "core/nodiscard.hpp"
 #include "core/work_budget.hpp"
+#include "image/image_view.hpp"
 #include "labeling/plane_fit.hpp"
 #include "mission_cfg.hpp"
 
@@ -72,6 +73,8 @@ class RegionEvidenceJob {
     return 20U + each * static_cast<std::uint32_t>(points);
   }
   static constexpr std::uint32_t kMostEach = 12;
+  /// Where the ground around a region is looked for: no point outside matters to it.
+  static PixelBounds surroundings(const RegionBox& region);
 
   /// `points` is borrowed until done and gets its `raised` set.
   RegionEvidenceStatus start(const RegionEvidenceParams& params, const RegionBoxes& regions,
@@ -126,8 +129,8 @@ class RegionEvidenceJob {
   Phase phase_ = Phase::kOpen;
   std::size_t cursor_ = 0;  ///< of points, or of ground_
   std::size_t end_ = 0;
-  RegionBox wide_;              ///< where its ground is looked for
-  RegionBox near_;              ///< where its points are
+  PixelBounds wide_;            ///< where its ground is looked for
+  PixelBounds near_;            ///< where its points are
   std::size_t near_begin_ = 0;  ///< points of its rows
   std::size_t near_end_ = 0;
   int labelled_ = 0;  ///< its own points there

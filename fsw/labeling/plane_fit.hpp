@@ -46,6 +46,14 @@ struct PlaneSums {
     plane.b = (syz * sxx - sxz * sxy) / det;
     plane.c = z / w - plane.a * mx - plane.b * my;
   }
+
+  /// Of the heights of two planes of one origin at the points.
+  double mean_square_between(const GroundPlane& p, const GroundPlane& q) const {
+    const double a = q.a - p.a;
+    const double b = q.b - p.b;
+    const double c = q.c - p.c;
+    return (a * (a * xx + 2.0 * (b * xy + c * x)) + b * (b * yy + 2.0 * c * y)) / w + c * c;
+  }
 };
 
 /// One-sided: what is not ground stands above it. `r`: height above the plane in scales of its roughness.

@@ -195,6 +195,42 @@ void test_other_boulders_around(void**) {
   assert_int_equal(raised_of(0), 0);
 }
 
+/// A block fills most of what surrounds a small boulder: its plane takes many iterations to come down.
+void test_plane_comes_to_rest(void**) {
+  for (const double block_m : {0.05, 0.10, 0.20}) {
+    lay_ground({0.1, 0.0, 0.004});
+    raise(246, 200, 34, block_m, 0);
+    raise(200, 200, 10, 0.06, 1);
+    judge();
+    assert_int_equal(job.boulders(), 1);
+    assert_int_equal(raised_of(1), points_of(1));
+  }
+}
+
+/// Moved by what they would never be, points outside all surroundings change nothing.
+void test_only_surroundings_matter(void**) {
+  lay_ground({0.1, 0.05, 0.008});
+  raise(150, 200, 20, 0.08, 1);
+  raise(350, 120, 30, 0.15, 2);
+  raise(20, 370, 14, 0.06, 3);
+  judge();
+  const SurfacePoints before = points;
+  int moved = 0;
+  for (SurfacePoint& p : points) {
+    bool near = false;
+    for (const RegionBox& region : regions) {
+      const PixelBounds b = RegionEvidenceJob::surroundings(region);
+      near |= p.u >= b.u_min && p.u <= b.u_max && p.v >= b.v_min && p.v <= b.v_max;
+    }
+    if (near) continue;
+    p.p_site_m.z() += 3.0;
+    ++moved;
+  }
+  assert_at_least(moved, 1000);
+  judge();
+  for (std::size_t i = 0; i < points.size(); ++i) assert_true(points[i].raised == before[i].raised);
+}
+
 void test_corners_of_the_image(void**) {
   lay_ground({0.1, -0.1, 0.005});
   raise(0, 0, 20, 0.10, 1);
@@ -309,6 +345,8 @@ int main() {
       cmocka_unit_test(test_raised_points_without_label_join),
       cmocka_unit_test(test_paper_variant),
       cmocka_unit_test(test_other_boulders_around),
+      cmocka_unit_test(test_plane_comes_to_rest),
+      cmocka_unit_test(test_only_surroundings_matter),
       cmocka_unit_test(test_corners_of_the_image),
       cmocka_unit_test(test_few_ground_points),
       cmocka_unit_test(test_statuses),
