@@ -34,8 +34,6 @@ std::uint32_t sum_above(const std::uint32_t* a, const std::uint32_t* b, int word
   return sum;
 }
 
-std::uint32_t column_sum(const std::uint32_t* pairs) { return pairs[0] + pairs[1] + pairs[2] + pairs[3]; }
-
 /// Is the sum of the differences of horizontal neighbours in a window at least so large?
 bool has_texture(const std::uint32_t* window, int least) {
   int sum = 0;
@@ -70,7 +68,9 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
   limit_q16_ = params.uniqueness >= 0.5 && params.uniqueness <= 1.0
                    ? static_cast<std::uint32_t>(65536.0 / params.uniqueness) + 1U
                    : 0U;
+  boxes_ = nullptr;
   u_ = v_ = kHalf;
+  chosen_ = false;
   prepared_ = 0;
   last_d_ = 0;
   return status_ = ProbeStatus::kRunning;
@@ -80,6 +80,11 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
   while (status_ == ProbeStatus::kRunning) {
     if (!row_is_in_right()) {
       next_row();
+      continue;
+    }
+    if (!chosen_) {
+      if (!budget.take(row_ops(boxes_ == nullptr ? 0 : boxes_->size()))) return Progress::kMore;
+      choose_probes();
       continue;
     }
     while (prepared_ < 2) {
@@ -94,7 +99,7 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
     if (!budget.take(probe_ops(steps))) return Progress::kMore;
     if (steps >= 4) budget.charge(probe(u_, v_, range));
     u_ += kSpacing;
-    if (u_ + kHalf > left_.width) next_row();
+    next_probe();
   }
   return Progress::kDone;
 }
@@ -107,25 +112,54 @@ bool StereoProbeJob::row_is_in_right() const {
 void StereoProbeJob::next_row() {
   u_ = kHalf;
   v_ += kSpacing;
+  chosen_ = false;
   prepared_ = 0;
   if (v_ + kHalf > left_.height) status_ = ProbeStatus::kDone;
+}
+
+void StereoProbeJob::choose_probes() {
+  const bool sparse = v_ / kSpacing % 2 == 0;
+  for (int i = 0; i < kCells; ++i) wanted_[i] = boxes_ == nullptr || (sparse && i % 2 == 0);
+  chosen_ = true;
+  if (boxes_ != nullptr) {
+    for (const PixelBounds& box : *boxes_) {
+      if (v_ < box.v_min || v_ > box.v_max) continue;
+      const int first = box.u_min <= kHalf ? 0 : (box.u_min - kHalf + kSpacing - 1) / kSpacing;
+      const int last = (box.u_max - kHalf) / kSpacing;
+      for (int i = first; i <= last && i < kCells; ++i) wanted_[i] = true;
+    }
+  }
+  next_probe();
+}
+
+/// From u_ on.
+void StereoProbeJob::next_probe() {
+  while (u_ + kHalf <= left_.width && !wanted_[(u_ - kHalf) / kSpacing]) u_ += kSpacing;
+  if (u_ + kHalf > left_.width) next_row();
 }
 
 void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band, bool complements) {
   const std::uint8_t* rows[kSide];
   for (int j = 0; j < kSide; ++j) rows[j] = image.row(v - kHalf + j);
+  const std::uint32_t flip = complements ? ~0U : 0U;  // (a ^ flip) + base is a, or its complement
+  const std::uint32_t base = complements ? kSigns + 1U : 0U;
   std::uint32_t* pairs = band.pairs;
   std::uint32_t before[3] = {};  // sums of the last columns
-  for (int x = 0; x < image.width; ++x, pairs += 4) {
-    for (int j = 0; j < kHalf; ++j) pairs[j] = std::uint32_t{rows[j][x]} << 16U | rows[j + kHalf][x];
-    const std::uint32_t sum = column_sum(pairs);
+  for (int x = 0; x < image.width; ++x, pairs += kHalf) {
+    const std::uint32_t p0 = std::uint32_t{rows[0][x]} << 16U | rows[4][x];
+    const std::uint32_t p1 = std::uint32_t{rows[1][x]} << 16U | rows[5][x];
+    const std::uint32_t p2 = std::uint32_t{rows[2][x]} << 16U | rows[6][x];
+    const std::uint32_t p3 = std::uint32_t{rows[3][x]} << 16U | rows[7][x];
+    const std::uint32_t sum = p0 + p1 + p2 + p3;
     if (x >= 3) band.quarters[x - 3] = before[0] + before[1] + before[2] + sum;
     before[0] = before[1];
     before[1] = before[2];
     before[2] = sum;
-    band.columns[x] = complements ? complement(sum) : sum;
-    if (!complements) continue;
-    for (int j = 0; j < kHalf; ++j) pairs[j] = complement(pairs[j]);
+    band.columns[x] = (sum ^ flip) + base;
+    pairs[0] = (p0 ^ flip) + base;
+    pairs[1] = (p1 ^ flip) + base;
+    pairs[2] = (p2 ^ flip) + base;
+    pairs[3] = (p3 ^ flip) + base;
   }
 }
 

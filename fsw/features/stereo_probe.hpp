@@ -6,7 +6,8 @@
 /// where boulders stand, by up to `above` of it, and farther by `below`. Sub-pixel by the equiangular fit
 /// (a V through three differences). Left out: windows without horizontal texture, minima at the end of the
 /// range, minima that a second one rivals, and windows whose ground the right image does not hold: at the
-/// left rim of the left one.
+/// left rim of the left one. Outside the boxes that matter, where such are told, each second probe of each
+/// second row is taken.
 ///
 /// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the window
 /// are together no larger than the sum of the pixels' differences, so that where they exceed what could still
@@ -20,8 +21,8 @@
 /// Source: block matching after Kanade & Okutomi 1994; equiangular fit Shimizu & Okutomi 2001; elimination
 /// Li & Salari, IEEE Trans. Image Processing 4(1), 1995.
 ///
-/// Cost, operations: a row of probes 12 a column; a probe 100, 4 a disparity, 8 for each that the quarters do
-/// not dismiss (some 8 of 40) and 32 for each that is compared whole (some 4).
+/// Cost, operations: a row of probes 12 a column and 4 a box; a probe 100, 4 a disparity, 8 for each that the
+/// quarters do not dismiss (some 8 of 40) and 32 for each that is compared whole (some 4).
 #pragma once
 
 #include <cstdint>
@@ -63,6 +64,9 @@ class StereoProbeJob {
   static constexpr int kMaxRange = 256;  ///< disparities
   /// The bands of one image.
   static constexpr std::uint32_t band_ops(int width) { return 6U * static_cast<std::uint32_t>(width); }
+  static constexpr std::uint32_t row_ops(std::size_t boxes) {
+    return 400U + 4U * static_cast<std::uint32_t>(boxes);
+  }
   /// Before it is known what must be compared ...
   static constexpr std::uint32_t probe_ops(int steps) {
     return 100U + (steps > 0 ? 4U * static_cast<std::uint32_t>(steps) : 0U);
@@ -78,14 +82,17 @@ class StereoProbeJob {
     return steps < kMaxRange ? steps : kMaxRange;
   }
   using Probes = FixedVector<StereoProbe, cfg::kMaxProbes>;
+  using Boxes = FixedVector<PixelBounds, cfg::kMaxLabels>;
 
   /// `plane`: d = plane[0] u + plane[1] v + plane[2], of the left image. `right_lower_px`: rows by which the
   /// right image lies lower; windows that it does not hold are left out. Images are borrowed until done.
   ProbeStatus start(const StereoProbeParams& params, const ImageU8& left, const ImageU8& right,
                     const Vec3& plane, int right_lower_px = 0);
-  /// Unit: the preparation of one image's row of probes, or one probe.
-  /// Asks for so much less texture, before the first step: of a dull picture (SegmentationJob::gain_q8).
+  /// Before the first step: asks for so much less texture, of a dull picture (SegmentationJob::gain_q8) ...
   void allow_for_gain(int gain_q8) { params_.min_texture = params_.min_texture * 256 / gain_q8; }
+  /// ... and puts all probes into these boxes of the left image (borrowed until done), and few elsewhere.
+  void attend_to(const Boxes& boxes) { boxes_ = &boxes; }
+  /// Unit: the boxes of a row, the preparation of one image's row of probes, or one probe.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
   /// Found disparities, row by row.
@@ -118,8 +125,12 @@ class StereoProbeJob {
     Compared compared[kMaxRange];
   };
 
+  static constexpr int kCells = cfg::kImageWidth / kSpacing;  ///< probes of a row, at most
+
   bool row_is_in_right() const;
   void next_row();
+  void choose_probes();
+  void next_probe();
   static void prepare(const ImageU8& image, int v, Band& band, bool complements);
   void sum_windows();
   Range search_range(int u, int v) const;
@@ -137,10 +148,13 @@ class StereoProbeJob {
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
   std::uint32_t limit_q16_ = 0;  ///< 1 / uniqueness, rounded up; 0: nothing can be dismissed
   int right_lower_px_ = 0;
+  const Boxes* boxes_ = nullptr;  ///< none: everything matters
+  bool wanted_[kCells];
   int u_ = 0;
   int v_ = 0;
-  int prepared_ = 0;  ///< bands that hold the rows about v_, of two
-  int last_d_ = 0;    ///< where the last search ended
+  bool chosen_ = false;  ///< what wanted_ holds is of the row v_
+  int prepared_ = 0;     ///< bands that hold the rows about v_, of two
+  int last_d_ = 0;       ///< where the last search ended
   Band left_band_;
   Band right_band_;
   std::uint16_t right_windows_[cfg::kImageWidth];  ///< sums of windows, by their left rim

@@ -29,6 +29,14 @@ struct ImageView {
 using ImageU8 = ImageView<const std::uint8_t>;
 using MutableImageU8 = ImageView<std::uint8_t>;
 
+/// Inclusive; may reach beyond an image.
+struct PixelBounds {
+  std::int16_t u_min = 0;
+  std::int16_t u_max = 0;
+  std::int16_t v_min = 0;
+  std::int16_t v_max = 0;
+};
+
 /// A packed view (stride = width).
 template <typename T>
 constexpr ImageView<T> packed_view(T* data, int width, int height) {

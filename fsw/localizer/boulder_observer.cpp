@@ -118,7 +118,7 @@ void BoulderObserver::next_phase() {
   switch (before) {
     case Phase::kSegment:
       if (segmentation_.status() != SegmentationStatus::kDone) finish(ObserveStatus::kNoRegions);
-      probe_.allow_for_gain(segmentation_.gain_q8());
+      begin_probes();
       break;
     case Phase::kProbe: surface_.clear(); break;
     case Phase::kLift: begin_evidence(); break;
@@ -157,14 +157,24 @@ void BoulderObserver::lift(const StereoProbe& probe) {
   surface_.append(point);
 }
 
+/// Landmarks are made of the whole ground, boulders of what is about the regions.
+void BoulderObserver::begin_probes() {
+  probe_.allow_for_gain(segmentation_.gain_q8());
+  boxes_.clear();
+  surroundings_.clear();
+  for (const Region& r : segmentation_.regions()) {
+    const RegionBox box = {r.label, static_cast<std::int16_t>(r.u_min_px),
+                           static_cast<std::int16_t>(r.u_max_px), static_cast<std::int16_t>(r.v_min_px),
+                           static_cast<std::int16_t>(r.v_max_px)};
+    boxes_.append(box);
+    surroundings_.append(RegionEvidenceJob::surroundings(box));
+  }
+  if (!cfg::kHaveLandmarks) probe_.attend_to(surroundings_);
+}
+
 void BoulderObserver::begin_evidence() {
   counts_.probes = static_cast<int>(surface_.size());
   counts_.regions = static_cast<int>(segmentation_.regions().size());
-  boxes_.clear();
-  for (const Region& r : segmentation_.regions()) {
-    boxes_.append({r.label, static_cast<std::int16_t>(r.u_min_px), static_cast<std::int16_t>(r.u_max_px),
-                   static_cast<std::int16_t>(r.v_min_px), static_cast<std::int16_t>(r.v_max_px)});
-  }
   if (evidence_.start(params_.evidence, boxes_, surface_) != RegionEvidenceStatus::kRunning) {
     finish(ObserveStatus::kNoPoints);
     return;

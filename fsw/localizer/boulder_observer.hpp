@@ -140,6 +140,7 @@ class BoulderObserver {
   std::uint32_t unit_ops() const;
   bool unit();  ///< false: the phase goes on
   void next_phase();
+  void begin_probes();
   void begin_evidence();
   void lift(const StereoProbe& probe);
   bool collect();
@@ -168,6 +169,7 @@ class BoulderObserver {
   SegmentationJob segmentation_;
   StereoProbeJob probe_;
   RegionBoxes boxes_;
+  StereoProbeJob::Boxes surroundings_;
   SurfacePoints surface_;
   RegionEvidenceJob evidence_;
   ClusterPoints raised_;

@@ -81,6 +81,41 @@ void test_right_image_lower(void**) {
   }
 }
 
+/// Inside the boxes everything is as without them; outside, it is each second probe of each second row.
+void test_attends_to_boxes(void**) {
+  fill_scene(1.5, true);
+  run();
+  const StereoProbeJob::Probes everywhere = job.result();
+  StereoProbeJob::Boxes boxes;
+  boxes.append({-20, 61, 10, 50});
+  boxes.append({100, 190, 40, 120});
+  boxes.append({230, 300, 140, 300});
+  assert_status(job.start({}, kLeft, kRight, kPlane), ProbeStatus::kRunning);
+  job.attend_to(boxes);
+  assert_true(test::run_whole(job));
+  std::size_t next = 0;
+  int outside = 0;
+  for (const StereoProbe& p : everywhere) {
+    bool inside = false;
+    for (const PixelBounds& b : boxes)
+      inside |= p.u >= b.u_min && p.u <= b.u_max && p.v >= b.v_min && p.v <= b.v_max;
+    const int column = p.u / StereoProbeJob::kSpacing;
+    const int row = p.v / StereoProbeJob::kSpacing;
+    if (!inside && (column % 2 != 0 || row % 2 != 0)) continue;
+    outside += inside ? 0 : 1;
+    assert_true(next < job.result().size());
+    const StereoProbe& q = job.result()[next++];
+    assert_true(q.u == p.u && q.v == p.v && q.d_px == p.d_px);
+  }
+  assert_true(next == job.result().size());
+  assert_at_least(outside, 100);
+  boxes.clear();
+  assert_status(job.start({}, kLeft, kRight, kPlane), ProbeStatus::kRunning);
+  job.attend_to(boxes);
+  assert_true(test::run_whole(job));
+  assert_at_least(job.result().size(), everywhere.size() / 5);
+}
+
 /// At the left rim the right image does not hold the ground; rows that repeat agree there at too small a
 /// disparity all the same. No hole is found for it.
 void test_ground_beyond_the_left_rim(void**) {
@@ -367,6 +402,7 @@ int main() {
       cmocka_unit_test(test_ground_beyond_the_left_rim),
       cmocka_unit_test(test_plane_and_box),
       cmocka_unit_test(test_right_image_lower),
+      cmocka_unit_test(test_attends_to_boxes),
       cmocka_unit_test(test_position_is_the_windows_centre),
       cmocka_unit_test(test_order_and_grid),
       cmocka_unit_test(test_no_texture_no_probe),
