@@ -130,7 +130,7 @@ struct Mission {
 
   // Segmentation (fsw/segmentation): what the parameters mean is told there.
   int segmentation_divisor = 2;  ///< 1: full resolution, 2: half
-  int mean_shift_radius_px = 1;  ///< working pixels
+  int mean_shift_radius_px = 2;  ///< working pixels
   int mean_shift_radius_grey = 16;
   int region_connect_grey = 3;
   int region_merge_grey = 14;

@@ -73,11 +73,11 @@ void shift_by_pixels(const ImageU8& image, int radius, int range, Point& at) {
         rounded_mean(total.grey, total.count)};
 }
 
-// ---- by words: the window's three rows of a column, the uppermost in the uppermost byte ------------------
+// ---- by words: four pixels of a column, the uppermost in the uppermost byte -------------------------------
 
-constexpr int kMaxRadius = 1;
+constexpr int kMaxRadius = 3;  // seven rows fit two words
 constexpr int kMaxSide = 2 * kMaxRadius + 1;
-constexpr int kMaxRange = 42;  // kMaxSide * 2 * 42 < 256
+constexpr int kMaxRange = 18;  // 7 * 2 * 18 < 256
 constexpr std::uint32_t kOnes = 0x01010101U;
 constexpr std::uint32_t kHigh = 0x80808080U;
 
@@ -109,6 +109,9 @@ int rounded_mean(int base, std::uint32_t sum, std::uint32_t count) {
 /// Sum of the four bytes, below 256.
 std::uint32_t sum_of_bytes(std::uint32_t word) { return (word * kOnes) >> 24U; }
 
+/// Of the bytes, two and two, in halves of 16 bits.
+std::uint32_t sum_of_pairs(std::uint32_t word) { return (word & 0x00FF00FFU) + ((word >> 8U) & 0x00FF00FFU); }
+
 /// Which bytes lie between two grey values, and how far above the lower one.
 class Range {
  public:
@@ -138,42 +141,58 @@ struct WindowSums {
   std::uint32_t grey;
 };
 
-/// `words`: of the window's first column on. `valid`: the rows of the window.
-WindowSums sum_window(const std::uint32_t* words, int columns, std::uint32_t valid, const Range& range) {
-  std::uint32_t rows = 0;        // members by row
+/// `upper`, `lower`: words of the window's first column. `valid`: of each, the rows of the window. Without
+/// `kPlaces`, x and y are left out.
+template <bool kPlaces>
+WindowSums sum_window(const std::uint32_t* upper, const std::uint32_t* lower, int columns,
+                      std::uint32_t valid_upper, std::uint32_t valid_lower, const Range& range) {
+  std::uint32_t rows = 0;  // members by row; the second word's upon the first's
+  std::uint32_t low_rows = 0;
   std::uint32_t from_right = 0;  // members times their place, counted from the right, the last column 1
-  std::uint32_t greys = 0;
+  std::uint32_t upper_grey = 0;
+  std::uint32_t lower_grey = 0;
   for (int i = 0; i < columns; ++i) {
     std::uint32_t above = 0;
-    const std::uint32_t in = range.members(words[i], valid, above);
-    const std::uint32_t one = in >> 7U;
-    greys += above & (in - one);
-    rows += one;
+    const std::uint32_t in_upper = range.members(upper[i], valid_upper, above);
+    const std::uint32_t one_upper = in_upper >> 7U;
+    upper_grey += above & (in_upper - one_upper);
+    const std::uint32_t in_lower = range.members(lower[i], valid_lower, above);
+    const std::uint32_t one_lower = in_lower >> 7U;
+    lower_grey += above & (in_lower - one_lower);
+    rows += one_upper + one_lower;
+    if (!kPlaces) continue;
+    low_rows += one_lower;
     from_right += rows;
   }
-  WindowSums sums;
+  WindowSums sums{};
   sums.count = sum_of_bytes(rows);
+  const std::uint32_t grey = sum_of_pairs(upper_grey) + sum_of_pairs(lower_grey);
+  sums.grey = (grey >> 16U) + (grey & 0xFFFFU);
+  if (!kPlaces) return sums;
   sums.x = static_cast<std::uint32_t>(columns) * sums.count - sum_of_bytes(from_right);
-  sums.y = (rows * 0x03020100U) >> 24U;  // rows 0 to 3 are the bytes from the uppermost on
-  const std::uint32_t pairs = (greys & 0x00FF00FFU) + ((greys >> 8U) & 0x00FF00FFU);
-  sums.grey = (pairs >> 16U) + (pairs & 0xFFFFU);
+  // Rows 0 to 3 are the bytes from the uppermost on.
+  sums.y = ((rows * 0x03020100U) >> 24U) + 4U * sum_of_bytes(low_rows);
   return sums;
 }
 
 /// `words`: a ring of `ring` rows of `stride` words.
-void shift_by_words(const ImageU8& image, const std::uint32_t* words, int ring, int stride, int range_radius,
-                    Point& at) {
-  const int x_first = larger(at.x - kMaxRadius, 0);
-  const int columns = smaller(at.x + kMaxRadius, image.width - 1) - x_first + 1;
-  const int y_first = larger(at.y - kMaxRadius, 0);
-  const int rows = smaller(at.y + kMaxRadius, image.height - 1) - y_first + 1;
+template <bool kPlaces>
+void shift_by_words(const ImageU8& image, const std::uint32_t* words, int ring, int stride, int radius,
+                    int range_radius, Point& at) {
+  const int x_first = larger(at.x - radius, 0);
+  const int columns = smaller(at.x + radius, image.width - 1) - x_first + 1;
+  const int y_first = larger(at.y - radius, 0);
+  const int rows = smaller(at.y + radius, image.height - 1) - y_first + 1;
   const int low = larger(at.grey - range_radius, 0);
   const Range range(low, smaller(at.grey + range_radius, 255));
-  const WindowSums sums =
-      sum_window(words + y_first % ring * stride + x_first, columns, kHigh << (32 - 8 * rows), range);
+  const WindowSums sums = sum_window<kPlaces>(
+      words + y_first % ring * stride + x_first, words + (y_first + 4) % ring * stride + x_first, columns,
+      rows >= 4 ? kHigh : kHigh << (32 - 8 * rows), rows <= 4 ? 0U : kHigh << (64 - 8 * rows), range);
   if (sums.count == 0) return;  // as above
-  at = {rounded_mean(x_first, sums.x, sums.count), rounded_mean(y_first, sums.y, sums.count),
-        rounded_mean(low, sums.grey, sums.count)};
+  at.grey = rounded_mean(low, sums.grey, sums.count);
+  if (!kPlaces) return;
+  at.x = rounded_mean(x_first, sums.x, sums.count);
+  at.y = rounded_mean(y_first, sums.y, sums.count);
 }
 
 }  // namespace
@@ -188,11 +207,10 @@ MeanShiftStatus MeanShiftJob::start(const MeanShiftParams& params, const ImageU8
   params_ = params;
   input_ = input;
   output_ = output;
-  x_px_ = 0;
-  y_px_ = 0;
-  by_words_ = params.spatial_radius_px == kMaxRadius && params.range_radius_grey <= kMaxRange &&
+  begin_row(0);
+  by_words_ = params.spatial_radius_px <= kMaxRadius && params.range_radius_grey <= kMaxRange &&
               input.width <= cfg::kImageWidth;
-  packed_rows_ = 0;
+  packed_rows_ = -3;  // the word of row 0 is whole with the fourth row
   status_ = MeanShiftStatus::kRunning;
   return status_;
 }
@@ -207,42 +225,75 @@ Progress MeanShiftJob::step(WorkBudget& budget) {
       pack_row(packed_rows_++);
       continue;
     }
-    const int run = smaller(by_words_ ? kRun : 1, input_.width - x_px_);
+    if (x_px_ >= input_.width) {
+      if (!budget.take(params_.each_second ? fill_ops(input_.width) : 1U)) return Progress::kMore;
+      if (params_.each_second) fill_row();
+      begin_row(y_px_ + 1);
+      if (y_px_ == input_.height) status_ = MeanShiftStatus::kDone;
+      continue;
+    }
+    const int left = (input_.width - x_px_ + step_px() - 1) / step_px();
+    const int run = smaller(by_words_ ? kRun : 1, left);
     if (!budget.take(cost * static_cast<std::uint32_t>(run))) return Progress::kMore;
     budget.charge(cost * static_cast<std::uint32_t>(settle_run(run) - run));
-    if (x_px_ < input_.width) continue;
-    x_px_ = 0;
-    if (++y_px_ == input_.height) status_ = MeanShiftStatus::kDone;
   }
   return Progress::kDone;
 }
 
-/// Rows below the image are not looked at.
-void MeanShiftJob::pack_row(int y) {
-  const std::uint8_t* row[4];
-  for (int i = 0; i < 4; ++i) row[i] = input_.row(smaller(y + i, input_.height - 1));
-  std::uint32_t* words = words_[y % kRing];
-  for (int x = 0; x < input_.width; ++x) {
-    words[x] = std::uint32_t{row[0][x]} << 24U | std::uint32_t{row[1][x]} << 16U |
-               std::uint32_t{row[2][x]} << 8U | row[3][x];
+void MeanShiftJob::begin_row(int y) {
+  y_px_ = y;
+  x_px_ = params_.each_second ? y % 2 : 0;
+}
+
+/// What did not walk. Its neighbours did, and one of the three is there.
+void MeanShiftJob::fill_row() {
+  const std::uint8_t* in = input_.row(y_px_);
+  std::uint8_t* out = output_.row(y_px_);
+  const int above = y_px_ > 0 ? y_px_ - 1 : y_px_;
+  const std::uint8_t* in_above = input_.row(above);
+  const std::uint8_t* out_above = output_.row(above);
+  for (int x = 1 - y_px_ % 2; x < input_.width; x += 2) {
+    int least = 256;
+    const auto offer = [&](int grey, std::uint8_t mode) {
+      const int away = magnitude(grey - in[x]);
+      if (away >= least) return;
+      least = away;
+      out[x] = mode;
+    };
+    if (x > 0) offer(in[x - 1], out[x - 1]);
+    if (x + 1 < input_.width) offer(in[x + 1], out[x + 1]);
+    if (y_px_ > 0) offer(in_above[x], out_above[x]);
   }
+}
+
+/// Of the words before it, and the fourth row. Rows below the image are not looked at.
+void MeanShiftJob::pack_row(int y) {
+  const std::uint8_t* row = input_.row(smaller(y + 3, input_.height - 1));
+  const std::uint32_t* before = words_[(y + kRing - 1) % kRing];
+  std::uint32_t* words = words_[(y + kRing) % kRing];
+  for (int x = 0; x < input_.width; ++x) words[x] = before[x] << 8U | row[x];
 }
 
 /// Carries the next trajectories to their ends. Returns their iterations.
 int MeanShiftJob::settle_run(int length) {
-  constexpr int kReach = kRing / 2 - kMaxRadius;  // so far from the scan, a window's words are there
+  constexpr int kReach = kRing / 2 - 4;  // so far from the scan, a window's words are there
   const std::uint8_t* in = input_.row(y_px_);
   std::uint8_t* out = output_.row(y_px_);
   int iterations = 0;
-  for (const int end = x_px_ + length; x_px_ < end; ++x_px_) {
+  for (; length > 0; --length, x_px_ += step_px()) {
     Point at{x_px_, y_px_, in[x_px_]};
     for (int left = params_.max_iterations; left > 0; --left) {
       ++iterations;
       const Point before = at;
-      if (by_words_ && magnitude(at.y - y_px_) <= kReach) {
-        shift_by_words(input_, words_[0], kRing, cfg::kImageWidth, params_.range_radius_grey, at);
-      } else {
+      const bool near = by_words_ && magnitude(at.y - y_px_) <= kReach;
+      if (!near) {
         shift_by_pixels(input_, params_.spatial_radius_px, params_.range_radius_grey, at);
+      } else if (left > 1) {
+        shift_by_words<true>(input_, words_[0], kRing, cfg::kImageWidth, params_.spatial_radius_px,
+                             params_.range_radius_grey, at);
+      } else {  // where it ends matters to no one
+        shift_by_words<false>(input_, words_[0], kRing, cfg::kImageWidth, params_.spatial_radius_px,
+                              params_.range_radius_grey, at);
       }
       const int moved = magnitude(at.x - before.x) + magnitude(at.y - before.y);
       const int dg = at.grey - before.grey;

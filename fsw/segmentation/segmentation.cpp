@@ -50,7 +50,7 @@ SegmentationStatus SegmentationJob::start(const SegmentationParams& params, cons
   gain_q8_ = 256;
   phase_ = params.scale_divisor == 1 ? Phase::kFilter : Phase::kHalve;
   const MeanShiftParams filter{params.spatial_radius_px, params.range_radius_grey, params.max_iterations,
-                               params.convergence};
+                               params.convergence, params.each_second};
   const ImageU8 half = packed_view<const std::uint8_t>(half_, width_, height_);
   const MeanShiftStatus started =
       filter_.start(filter, params.scale_divisor == 1 ? image : half, packed_view(plane_, width_, height_));

@@ -45,6 +45,7 @@ struct SegmentationParams {
   int range_radius_grey = cfg::kMission.mean_shift_radius_grey;    ///< 1 to 255
   int max_iterations = 2;                                          ///< 1 to 100
   int convergence = 1;                                             ///< as in MeanShiftParams
+  bool each_second = true;                                         ///< the same
   int connect_grey = cfg::kMission.region_connect_grey;            ///< 0 to 255
   int merge_grey = cfg::kMission.region_merge_grey;                ///< 0 to 255
   int min_area_px = cfg::kMission.min_region_area_px;              ///< full-resolution pixels, 0 or more

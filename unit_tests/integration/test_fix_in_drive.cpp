@@ -414,7 +414,7 @@ void test_a_slip_is_seen_in_what_is_in_view(void**) {
   for (const bool slipped : {false, true}) {
     init(eager());
     start(0, 0.02, 0.004);
-    run(0, 10);
+    run(0, 20);
     localizer.tracks().build(before);
     frame(localizer, Pair());
     in_view.clear();

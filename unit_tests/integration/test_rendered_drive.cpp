@@ -53,7 +53,7 @@ void test_rendered_5mm_map(void**) {
   raster = read_orthoimage(folder + "/ortho_5mm.tif");
   assert_status(map.make(detect_boulders_by_shadow(raster, parse_sun("45,135"), {}), extent_of(raster)),
                 MapStatus::kUsable);
-  rendered({0.03, 0.04}, {0.04, 0.08});
+  rendered({0.03, 0.04}, {0.03, 0.08});
 }
 
 /// By the paper's detector.

@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x51CFAAF6U, 0, 0};
-constexpr Golden kWhole = {35, 0x7C568B11U, 0x84456171U, 0xA6190B57U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xAC26ECCBU, 0, 0};
+constexpr Golden kWhole = {35, 0xA80BEA17U, 0x0D9AF7DBU, 0x073A4CD5U};  // with the fix of frame 30
 
 tape::Telemetry t;
 

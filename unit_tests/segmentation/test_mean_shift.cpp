@@ -210,6 +210,46 @@ void test_equals_the_definition(void**) {
   }
 }
 
+// Pixels that walk end where they did when all walked; the others have the mode of the neighbour that is most
+// like them, of those that walked before the next row does.
+void test_each_second_pixel(void**) {
+  fill_two_plains();
+  MeanShiftParams params;
+  run(params, output);
+  params.each_second = true;
+  run(params, sliced);
+  const MutableImageU8 modes = view(sliced);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if ((x + y) % 2 == 0) {
+        assert_int_equal(modes.at(x, y), output[y * kWidth + x]);
+        continue;
+      }
+      const int places[3][2] = {{x - 1, y}, {x + 1, y}, {x, y - 1}};
+      int least = 256;
+      int mode = -1;
+      for (const auto& [u, v] : places) {
+        if (!modes.contains(u, v)) continue;
+        const int away = std::abs(input[v * kWidth + u] - input[y * kWidth + x]);
+        if (away >= least) continue;
+        least = away;
+        mode = modes.at(u, v);
+      }
+      assert_int_equal(modes.at(x, y), mode);
+    }
+  }
+  for (int height = 1; height <= 3; ++height) {
+    for (int width = 1; width <= 3; ++width) {
+      std::memset(output, 0, sizeof output);
+      assert_status(job.start(params, {input, width, height, kWidth}, {output, width, height, kWidth}),
+                    MeanShiftStatus::kRunning);
+      WorkBudget budget = WorkBudget::unlimited();
+      assert_status(job.step(budget), Progress::kDone);
+      for (int i = 0; i < width * height; ++i) assert_at_least(output[i / width * kWidth + i % width], 54);
+    }
+  }
+}
+
 // Where members get denser by an eighth a row, trajectories run far from where they began, up or down.
 void test_far_trajectories(void**) {
   constexpr int kLane = 60;
@@ -313,6 +353,7 @@ int main() {
       cmocka_unit_test(test_rests_where_the_place_stays),
       cmocka_unit_test(test_strides_and_extreme_parameters),
       cmocka_unit_test(test_equals_the_definition),
+      cmocka_unit_test(test_each_second_pixel),
       cmocka_unit_test(test_far_trajectories),
       cmocka_unit_test(test_same_bits_however_sliced),
       cmocka_unit_test(test_bad_parameters),
