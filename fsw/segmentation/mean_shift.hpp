@@ -20,8 +20,8 @@
 /// iterations, so that adoption was measured to save at most a tenth of the time, at the cost of exactness
 /// and of independence between pixels.
 ///
-/// Windows of radius 3 at most are summed four pixels at a time: a word holds four pixels of a column, so that
-/// one or two words a column are the window. That takes a range radius of 18 at most, with which the grey
+/// Windows of radius 3 at most are summed four pixels at a time: a word holds four pixels of a column, so
+/// that one or two words a column are the window. That takes a range radius of 18 at most, with which the grey
 /// values of seven members, counted from the lowest, fit a byte. The words of the rows about the scan are
 /// kept; a trajectory that strays from them, and other radii, go pixel by pixel: the same numbers.
 ///
