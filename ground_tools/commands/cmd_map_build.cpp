@@ -320,6 +320,10 @@ BuildInput open_input(const BuildOptions& options) {
   const bool shadow = options.method.empty() ? sun.has_value() : options.method == "shadow";
   detection.method = shadow ? cmap::Method::kShadow : cmap::Method::kOtsu;
   if (sun) detection.sun = *sun;
+  if (options.min_diameter_m > 0.0) {
+    detection.shadow =
+        options.shadow.with_boulders_of(options.min_diameter_m, input.source->facts().geo.pixel_m());
+  }
   return input;
 }
 

@@ -146,10 +146,17 @@ ShadowBoulder boulder_of(const Candidate& c, const ShadowView& view) {
 
 }  // namespace
 
+ShadowParams ShadowParams::with_boulders_of(double diameter_m, double pixel_m) const {
+  ShadowParams params = *this;
+  params.min_diameter_m = std::min(min_diameter_m, diameter_m);
+  params.min_diameter_px = std::min(min_diameter_px, std::max(kLeastDiameter_px, diameter_m / pixel_m));
+  return params;
+}
+
 void check(const ShadowParams& params) {
   check_range("--min-diameter", params.min_diameter_m, 0.0, 1e3);
   check_range("--max-diameter", params.max_diameter_m, 1e-3, 1e4);
-  check_range("least diameter in pixels", params.min_diameter_px, 3.0, 100.0);
+  check_range("least diameter in pixels", params.min_diameter_px, kLeastDiameter_px, 100.0);
   check_range("largest diameter in pixels", params.max_diameter_px, 16.0, 1024.0);
   check_range("--seed-contrast", params.seed_contrast, 0.01, 0.9);
   check_range("--min-confidence", params.min_confidence, 0.0, 1.0);

@@ -39,7 +39,14 @@ struct ShadowParams {
   double max_diameter_px = 256.0;  ///< and no more pixels than this: it sets the reach
   double seed_contrast = 0.10;     ///< least darkness of a spot, share of the grey level around it
   double min_confidence = 0.5;     ///< what is less likely a boulder is left out
+
+  /// The same, but where smaller boulders are asked for by name: these, too, of kLeastDiameter_px and more.
+  ShadowParams with_boulders_of(double diameter_m, double pixel_m) const;
 };
+
+/// Of smaller ones, place and size are guesses. Those of less than 3 px are as often right as larger ones
+/// where boulders abound; but rims of craters are of this size, too, so that they must be asked for.
+inline constexpr double kLeastDiameter_px = 2.4;
 
 /// Throws ToolError where a parameter is out of its range.
 void check(const ShadowParams& params);

@@ -143,6 +143,21 @@ void test_isis_cube(void**) {
   assert_in_range(found, read_csv(file("tif.csv")).size() / 2, read_csv(file("tif.csv")).size() * 2);
 }
 
+/// Smaller boulders than usual must be asked for by name; larger ones asked for are those of the usual map.
+void test_least_diameter(void**) {
+  const std::string shadow = CAIRN_SOURCE_DIR "/unit_tests/integration/sample/ortho_5mm.tif --sun 45,135";
+  assert_int_equal(build(shadow + into("usual")), 0);
+  assert_int_equal(build(shadow + into("small") + " --min-diameter 0.06"), 0);
+  assert_int_equal(build(shadow + into("large") + " --min-diameter 0.2"), 0);
+  const std::vector<TableBoulder> usual = read_csv(file("usual.csv"));
+  const std::vector<TableBoulder> small = read_csv(file("small.csv"));
+  print_message("%zu boulders, smaller ones asked for %zu\n", usual.size(), small.size());
+  assert_true(small.size() > usual.size());
+  const auto large =
+      std::count_if(usual.begin(), usual.end(), [](const auto& b) { return b.diameter_m >= 0.2; });
+  assert_int_equal(read_csv(file("large.csv")).size(), large);
+}
+
 void test_sun_chooses_the_method(void**) {
   assert_int_equal(build(file("site.tif") + into("shadow") + " --sun 40,270"), 0);
   assert_true(said().find("method shadow") != std::string::npos);
@@ -370,6 +385,7 @@ int main() {
       cmocka_unit_test(test_options_that_change_nothing),
       cmocka_unit_test(test_the_same_from_other_formats),
       cmocka_unit_test(test_isis_cube),
+      cmocka_unit_test(test_least_diameter),
       cmocka_unit_test(test_sun_chooses_the_method),
       cmocka_unit_test(test_a_sun_in_doubt),
       cmocka_unit_test(test_metres_of_the_ground),
