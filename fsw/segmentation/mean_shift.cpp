@@ -75,9 +75,9 @@ void shift_by_pixels(const ImageU8& image, int radius, int range, Point& at) {
 
 // ---- by words: four pixels of a column, the uppermost in the uppermost byte -------------------------------
 
-constexpr int kMaxRadius = 3;  // seven rows fit two words
+constexpr int kMaxRadius = 2;  // four rows of five are a word
 constexpr int kMaxSide = 2 * kMaxRadius + 1;
-constexpr int kMaxRange = 18;  // 7 * 2 * 18 < 256
+constexpr int kMaxRange = 25;  // 5 * 2 * 25 < 256
 constexpr std::uint32_t kOnes = 0x01010101U;
 constexpr std::uint32_t kHigh = 0x80808080U;
 
@@ -116,9 +116,15 @@ std::uint32_t sum_of_pairs(std::uint32_t word) { return (word & 0x00FF00FFU) + (
 class Range {
  public:
   Range(int low, int high)
-      : offset_(static_cast<std::uint32_t>(0x80 - (low & 0x7F)) * kOnes),
+      : low_(static_cast<std::uint32_t>(low)),
+        span_(static_cast<std::uint32_t>(high - low)),
+        offset_(static_cast<std::uint32_t>(0x80 - (low & 0x7F)) * kOnes),
         flip_((low & 0x80) != 0 ? 0U : kHigh),
         beyond_(static_cast<std::uint32_t>(127 - (high - low)) * kOnes) {}
+
+  /// By how much one grey value lies above the lower one; beyond every span where it lies below.
+  std::uint32_t above(std::uint32_t grey) const { return grey - low_; }
+  std::uint32_t span() const { return span_; }
 
   /// 0x80 in each byte of `valid` (kHigh or a part of it) that lies between. `above`: by how much, modulo
   /// 256. A byte below the lower value comes out above every span.
@@ -128,6 +134,8 @@ class Range {
   }
 
  private:
+  std::uint32_t low_;
+  std::uint32_t span_;
   std::uint32_t offset_;
   std::uint32_t flip_;
   std::uint32_t beyond_;
@@ -141,37 +149,41 @@ struct WindowSums {
   std::uint32_t grey;
 };
 
-/// `upper`, `lower`: words of the window's first column. `valid`: of each, the rows of the window. Without
-/// `kPlaces`, x and y are left out.
+/// `words`: of the window's columns; `valid`: their rows that are in it. `fifth`: pixels of the row below
+/// them, where the window has five. Without `kPlaces`, x and y are left out.
 template <bool kPlaces>
-WindowSums sum_window(const std::uint32_t* upper, const std::uint32_t* lower, int columns,
-                      std::uint32_t valid_upper, std::uint32_t valid_lower, const Range& range) {
-  std::uint32_t rows = 0;  // members by row; the second word's upon the first's
-  std::uint32_t low_rows = 0;
+WindowSums sum_window(const std::uint32_t* words, std::uint32_t valid, const std::uint8_t* fifth, int columns,
+                      const Range& range) {
+  std::uint32_t rows = 0;        // members by row
   std::uint32_t from_right = 0;  // members times their place, counted from the right, the last column 1
-  std::uint32_t upper_grey = 0;
-  std::uint32_t lower_grey = 0;
+  std::uint32_t grey = 0;
   for (int i = 0; i < columns; ++i) {
     std::uint32_t above = 0;
-    const std::uint32_t in_upper = range.members(upper[i], valid_upper, above);
-    const std::uint32_t one_upper = in_upper >> 7U;
-    upper_grey += above & (in_upper - one_upper);
-    const std::uint32_t in_lower = range.members(lower[i], valid_lower, above);
-    const std::uint32_t one_lower = in_lower >> 7U;
-    lower_grey += above & (in_lower - one_lower);
-    rows += one_upper + one_lower;
-    if (!kPlaces) continue;
-    low_rows += one_lower;
-    from_right += rows;
+    const std::uint32_t in = range.members(words[i], valid, above);
+    const std::uint32_t one = in >> 7U;
+    grey += above & (in - one);
+    rows += one;
+    if (kPlaces) from_right += rows;
   }
   WindowSums sums{};
   sums.count = sum_of_bytes(rows);
-  const std::uint32_t grey = sum_of_pairs(upper_grey) + sum_of_pairs(lower_grey);
-  sums.grey = (grey >> 16U) + (grey & 0xFFFFU);
-  if (!kPlaces) return sums;
-  sums.x = static_cast<std::uint32_t>(columns) * sums.count - sum_of_bytes(from_right);
-  // Rows 0 to 3 are the bytes from the uppermost on.
-  sums.y = ((rows * 0x03020100U) >> 24U) + 4U * sum_of_bytes(low_rows);
+  const std::uint32_t pairs = sum_of_pairs(grey);
+  sums.grey = (pairs >> 16U) + (pairs & 0xFFFFU);
+  if (kPlaces) {
+    sums.x = static_cast<std::uint32_t>(columns) * sums.count - sum_of_bytes(from_right);
+    sums.y = (rows * 0x03020100U) >> 24U;  // rows 0 to 3 are the bytes from the uppermost on
+  }
+  if (fifth == nullptr) return sums;
+  std::uint32_t count = 0;
+  for (int i = 0; i < columns; ++i) {
+    const std::uint32_t above = range.above(fifth[i]);
+    const std::uint32_t mask = 0U - static_cast<std::uint32_t>(above <= range.span());
+    count -= mask;
+    sums.grey += above & mask;
+    if (kPlaces) sums.x += static_cast<std::uint32_t>(i) & mask;
+  }
+  sums.count += count;
+  if (kPlaces) sums.y += 4U * count;
   return sums;
 }
 
@@ -186,8 +198,8 @@ void shift_by_words(const ImageU8& image, const std::uint32_t* words, int ring, 
   const int low = larger(at.grey - range_radius, 0);
   const Range range(low, smaller(at.grey + range_radius, 255));
   const WindowSums sums = sum_window<kPlaces>(
-      words + y_first % ring * stride + x_first, words + (y_first + 4) % ring * stride + x_first, columns,
-      rows >= 4 ? kHigh : kHigh << (32 - 8 * rows), rows <= 4 ? 0U : kHigh << (64 - 8 * rows), range);
+      words + y_first % ring * stride + x_first, rows >= 4 ? kHigh : kHigh << (32 - 8 * rows),
+      rows == 5 ? image.row(y_first + 4) + x_first : nullptr, columns, range);
   if (sums.count == 0) return;  // as above
   at.grey = rounded_mean(low, sums.grey, sums.count);
   if (!kPlaces) return;

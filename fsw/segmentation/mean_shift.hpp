@@ -20,10 +20,10 @@
 /// iterations, so that adoption was measured to save at most a tenth of the time, at the cost of exactness
 /// and of independence between pixels.
 ///
-/// Windows of radius 3 at most are summed four pixels at a time: a word holds four pixels of a column, one or
-/// two words a column are the window. That takes a range radius of 18 at most, with which the grey values of
-/// seven members, counted from the lowest, fit a byte. The words of the rows about the scan are kept; a
-/// trajectory that strays from them, and other radii, go pixel by pixel: the same numbers.
+/// Windows of radius 2 at most are summed four pixels at a time: a word holds four pixels of a column; the
+/// fifth row goes pixel by pixel. That takes a range radius of 25 at most, with which the grey values of five
+/// members, counted from the lowest, fit a byte. The words of the rows about the scan are kept; a trajectory
+/// that strays from them, and other radii, go by pixels alone: the same numbers.
 ///
 /// Integer arithmetic only. Cost, operations: an iteration 8 (2 hs + 1) by words, (2 hs + 1)^2 by pixels, at
 /// most `max_iterations` of them a trajectory; words 2 a pixel; pixels that do not walk 2.
