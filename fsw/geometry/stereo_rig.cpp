@@ -110,8 +110,9 @@ StereoPixel to_seen(const StereoRig& rig, const ImageOffset& offset, const Stere
 Vec3 triangulate(const StereoRig& rig, const StereoPixel& corrected) {
   const double d = corrected.disparity_px();
   CAIRN_ASSERT(d > 0.0);
-  const double z = rig.fx_px * rig.baseline_m / d;
-  return {(corrected.u_left - rig.cx_px) * z / rig.fx_px, (corrected.v_left - rig.cy_px) * z / rig.fy_px, z};
+  const double m_per_px = rig.baseline_m / d;
+  const double z = rig.fx_px * m_per_px;
+  return {(corrected.u_left - rig.cx_px) * m_per_px, (corrected.v_left - rig.cy_px) * z / rig.fy_px, z};
 }
 
 }  // namespace cairn

@@ -18,12 +18,28 @@ bool RegionMap::connect_row(const ImageU8& grey, int y, int tolerance) {
   const std::uint8_t* above = y > 0 ? grey.row(y - 1) : nullptr;
   std::uint16_t* number = &number_[y * width_];
   const auto near = [tolerance](int a, int b) { return a - b <= tolerance && b - a <= tolerance; };
+  std::uint16_t root = kNoRegion;        // of the run of pixels under way
+  std::uint16_t last_above = kNoRegion;  // a number above it, of the same root
+  std::uint32_t area_px = 0;             // of the run, not yet counted
+  std::uint32_t sum_grey = 0;
+  const auto count_run = [&] {
+    if (root == kNoRegion) return;
+    area_px_[root] += area_px;
+    sum_grey_[root] += sum_grey;
+    area_px = sum_grey = 0;
+  };
   for (int x = 0; x < width_; ++x) {
-    std::uint16_t root = kNoRegion;
-    if (x > 0 && near(here[x], here[x - 1])) root = number[x - 1];
-    if (above != nullptr && near(here[x], above[x])) {
-      const std::uint16_t root_above = root_of(number[x - width_]);
-      root = root == kNoRegion ? root_above : link(root, root_above);
+    if (x > 0 && !near(here[x], here[x - 1])) {
+      count_run();
+      root = last_above = kNoRegion;
+    }
+    if (above != nullptr && near(here[x], above[x]) && number[x - width_] != last_above) {
+      last_above = number[x - width_];
+      const std::uint16_t root_above = root_of(last_above);
+      if (root != root_above) {
+        count_run();
+        root = root == kNoRegion ? root_above : link(root, root_above);
+      }
     }
     if (root == kNoRegion) {
       if (numbers_ == static_cast<int>(kMaxRegionNumbers)) return false;
@@ -33,9 +49,10 @@ bool RegionMap::connect_row(const ImageU8& grey, int y, int tolerance) {
       sum_grey_[root] = 0;
     }
     number[x] = root;
-    area_px_[root] += 1;
-    sum_grey_[root] += here[x];
+    ++area_px;
+    sum_grey += here[x];
   }
+  count_run();
   return true;
 }
 

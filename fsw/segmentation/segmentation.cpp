@@ -31,7 +31,8 @@ std::uint8_t LabelView::label_at(double u_px, double v_px) const {
   const bool inside = u_px >= -0.5 && v_px >= -0.5 && u_px < divisor * image.width - 0.5 &&
                       v_px < divisor * image.height - 0.5;  // false for NaN
   if (!inside) return 0;
-  return image.at(static_cast<int>(u_px + 0.5) / divisor, static_cast<int>(v_px + 0.5) / divisor);
+  const int shift = divisor - 1;  // of 1 or 2
+  return image.at(static_cast<int>(u_px + 0.5) >> shift, static_cast<int>(v_px + 0.5) >> shift);
 }
 
 SegmentationStatus SegmentationJob::start(const SegmentationParams& params, const ImageU8& image) {

@@ -15,7 +15,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0xAC26ECCBU, 0, 0};
-constexpr Golden kWhole = {35, 0xA80BEA17U, 0x0D9AF7DBU, 0x073A4CD5U};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x0427580CU, 0x507FB28CU, 0x64A54718U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
