@@ -27,21 +27,13 @@ bool is_edge(const Hessian& d) {
   return det16 <= 0 || trace * trace * 10 * 16 >= 121 * det16;
 }
 
-/// Beyond all eight neighbours; of equal ones the first. The nearest four decide most.
-bool is_extremum(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b) {
-  const int c = h[0];
-  if (c > 0) {
-    if (c <= h[-1]) return false;
-    if (c < h[1]) return false;
-    if (c <= a[0]) return false;
-    if (c < b[0]) return false;
-    return c > a[-1] && c > a[1] && c >= b[-1] && c >= b[1];
-  }
-  if (c >= h[-1]) return false;
-  if (c > h[1]) return false;
-  if (c >= a[0]) return false;
-  if (c > b[0]) return false;
-  return c < a[-1] && c < a[1] && c <= b[-1] && c <= b[1];
+/// Beyond the rows above and below, too; of equal ones the first. The nearest two decide most.
+bool is_maximum(const std::int16_t* a, const std::int16_t* b, int c) {
+  return c > a[0] && c >= b[0] && c > a[-1] && c > a[1] && c >= b[-1] && c >= b[1];
+}
+
+bool is_minimum(const std::int16_t* a, const std::int16_t* b, int c) {
+  return c < a[0] && c <= b[0] && c < a[-1] && c < a[1] && c <= b[-1] && c <= b[1];
 }
 
 int strength(const Feature& f) { return f.response < 0 ? -f.response : f.response; }
@@ -78,7 +70,10 @@ ExtractStatus FeatureExtractor::start(const ImageU8& image, bool halved) {
   row_ = 0;
   described_ = 0;
   selected_ = false;
-  for (Cell& cell : cells_) cell.count = 0;
+  for (Cell& cell : cells_) {
+    cell.count = 0;
+    cell.least = kContrast;
+  }
   scales_.start(image, halved);
   return status_ = ExtractStatus::kRunning;
 }
@@ -110,51 +105,58 @@ void FeatureExtractor::do_row(int y) {
   if (middle >= kMargin && middle < height_ - kMargin) find_extrema(middle);
 }
 
+/// Up and down the slopes of the row: only what is beyond both pixels beside it is looked at. What is no
+/// stronger than the last of a full cell is dismissed: most of a textured image.
 void FeatureExtractor::find_extrema(int y) {
-  Cell* cells = cells_ + (y / kCell) * kCellsX;
-  const int end = width_ - kMargin;
-  for (int x = kMargin; x < end;) {
-    const int next = (x / kCell + 1) * kCell;
-    find_extrema(y, x, next < end ? next : end, cells[x / kCell]);
-    x = next;
-  }
-}
-
-void FeatureExtractor::find_extrema(int y, int x, int end, Cell& cell) {
   const std::int16_t* a = dog_[(y - 1) % 3];
   const std::int16_t* h = dog_[y % 3];
   const std::int16_t* b = dog_[(y + 1) % 3];
-  // What is no stronger than the last of a full cell need not be looked at: most of a textured image.
-  int least = least_of(cell);
-  for (; x < end; ++x) {
-    const int c = h[x];
-    const unsigned weak = 2U * static_cast<unsigned>(least) - 2U;  // -least < c < least, in one comparison
-    if (static_cast<unsigned>(c + least - 1) <= weak) continue;
-    if (!is_extremum(a + x, h + x, b + x)) continue;
-    const Hessian d = hessian(a + x, h + x, b + x);
-    if (is_edge(d)) continue;
-    Feature f;
-    f.iu = static_cast<std::int16_t>(x);
-    f.iv = static_cast<std::int16_t>(y);
-    f.response = h[x];
-    refine(a + x, h + x, b + x, d, f);
-    keep(f, cell);
-    least = least_of(cell);
+  Cell* cells = cells_ + (y / kCell) * kCellsX;
+  const int end = width_ - kMargin;
+  int before = h[kMargin - 1];
+  int c = h[kMargin];
+  for (int x = kMargin; x < end; ++x) {
+    int next = h[x + 1];
+    bool found = false;
+    if (c > before) {
+      while (next > c && x + 1 < end) {
+        c = next;
+        next = h[++x + 1];
+      }
+      found = c >= next && c >= cells[x / kCell].least && is_maximum(a + x, b + x, c);
+    } else if (c < before) {
+      while (next < c && x + 1 < end) {
+        c = next;
+        next = h[++x + 1];
+      }
+      found = c <= next && -c >= cells[x / kCell].least && is_minimum(a + x, b + x, c);
+    }
+    if (found) take(x, y, a + x, h + x, b + x);
+    before = c;
+    c = next;
   }
 }
 
-int FeatureExtractor::least_of(const Cell& cell) {
-  return cell.count < kPerCell ? kContrast : strength(cell.at(kPerCell - 1)) + 1;
+void FeatureExtractor::take(int x, int y, const std::int16_t* a, const std::int16_t* h,
+                            const std::int16_t* b) {
+  const Hessian d = hessian(a, h, b);
+  if (is_edge(d)) return;
+  Feature f;
+  f.iu = static_cast<std::int16_t>(x);
+  f.iv = static_cast<std::int16_t>(y);
+  f.response = h[0];
+  refine(a, h, b, d, f);
+  keep(f, cells_[(y / kCell) * kCellsX + x / kCell]);
 }
 
 void FeatureExtractor::keep(const Feature& feature, Cell& cell) {
   int place = cell.count;
   while (place > 0 && strength(cell.at(place - 1)) < strength(feature)) --place;
-  if (place == kPerCell) return;
   const int slot = cell.count < kPerCell ? cell.count++ : cell.rank[kPerCell - 1];
   for (int i = cell.count - 1; i > place; --i) cell.rank[i] = cell.rank[i - 1];
   cell.rank[place] = static_cast<std::uint8_t>(slot);
   cell.feature[slot] = feature;
+  if (cell.count == kPerCell) cell.least = strength(cell.at(kPerCell - 1)) + 1;
 }
 
 void FeatureExtractor::select() {

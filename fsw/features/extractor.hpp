@@ -4,8 +4,7 @@
 /// One pass over the rows: smooth with two Gaussians (sigma 1.2 and 1.9 px, image/gaussian.hpp), subtract,
 /// look for pixels beyond all eight neighbours and the contrast threshold, drop edges (ratio of principal
 /// curvatures above 10, Lowe 2004 section 4.1), refine to sub-pixel by a quadratic in u and v, keep the
-/// strongest of each 32 x 32 px cell (where a cell is full, only what is stronger than its last is looked
-/// at). Then the cells hand in their features rank by rank until the cap is reached, so that texture in one
+/// strongest of each 32 x 32 px cell. Then the cells hand in their features rank by rank until the cap is reached, so that texture in one
 /// corner cannot starve the rest: motion is the better determined the wider its features are spread. Then one
 /// descriptor a unit.
 ///
@@ -58,6 +57,7 @@ class FeatureExtractor {
   static constexpr int kCellsY = (cfg::kImageHeight + kCell - 1) / kCell;
   struct Cell {
     int count = 0;
+    int least = 0;                     ///< strength that still enters
     std::uint8_t rank[kPerCell] = {};  ///< places of the features, strongest first: they stay where they are
     Feature feature[kPerCell];
 
@@ -66,8 +66,7 @@ class FeatureExtractor {
 
   void do_row(int y);
   void find_extrema(int y);
-  void find_extrema(int y, int x, int end, Cell& cell);
-  static int least_of(const Cell& cell);  ///< least strength that still enters a cell
+  void take(int x, int y, const std::int16_t* a, const std::int16_t* h, const std::int16_t* b);
   static void keep(const Feature& feature, Cell& cell);
   void select();
 
