@@ -37,7 +37,7 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kVo, "features: a row", FeatureExtractor::row_ops(cfg::kImageWidth)},
     {cfg::Task::kVo, "features: the choice", FeatureExtractor::select_ops()},
     {cfg::Task::kVo, "features: a descriptor", kDescriptorOps},
-    {cfg::Task::kVo, "matching: one against 190", MatchJob::unit_ops(MatchJob::kUnitTargets, true)},
+    {cfg::Task::kVo, "matching: one against 95", MatchJob::unit_ops(MatchJob::kUnitTargets, true, true)},
     {cfg::Task::kVo, "ground plane: an iteration", StereoFrameJob::plane_ops(cfg::kMaxFeatures)},
     {cfg::Task::kVo, "alignment of a point", kTemplateOps + kAlignOps},
     {cfg::Task::kVo, "once over all points", kOverPointsOps},

@@ -54,7 +54,7 @@ void refine(const std::int16_t* a, const std::int16_t* h, const std::int16_t* b,
 
 }  // namespace
 
-ExtractStatus FeatureExtractor::start(const ImageU8& image, bool halved) {
+ExtractStatus FeatureExtractor::start(const ImageU8& image, bool halved, bool describe) {
   set_.features.clear();
   set_.descriptors.clear();
   set_.height = 0;
@@ -69,6 +69,7 @@ ExtractStatus FeatureExtractor::start(const ImageU8& image, bool halved) {
   height_ = halved ? image.height / 2 : image.height;
   row_ = 0;
   described_ = 0;
+  describe_ = describe;
   selected_ = false;
   for (Cell& cell : cells_) {
     cell.count = 0;
@@ -89,13 +90,18 @@ Progress FeatureExtractor::step(WorkBudget& budget) {
     select();
     selected_ = true;
   }
-  while (described_ < set_.features.size()) {
+  while (describe_ && described_ < set_.features.size()) {
     if (!budget.take(kDescriptorOps)) return Progress::kMore;
-    const Feature& f = set_.features[described_++];
-    set_.descriptors.append(describe(smooth(), f.iu, f.iv));
+    describe(described_++);
   }
   status_ = set_.features.size() < kMinFeatures ? ExtractStatus::kFewFeatures : ExtractStatus::kFeatures;
   return Progress::kDone;
+}
+
+void FeatureExtractor::describe(std::size_t i) {
+  Feature& f = set_.features[i];
+  set_.descriptors[i] = cairn::describe(smooth(), f.iu, f.iv);
+  f.described = true;
 }
 
 void FeatureExtractor::do_row(int y) {
@@ -105,7 +111,7 @@ void FeatureExtractor::do_row(int y) {
   if (middle >= kMargin && middle < height_ - kMargin) find_extrema(middle);
 }
 
-/// Up and down the slopes of the row: only what is beyond both pixels beside it is looked at. What is no
+/// Only what is beyond both pixels beside it in the row is looked at. What is no
 /// stronger than the last of a full cell is dismissed: most of a textured image.
 void FeatureExtractor::find_extrema(int y) {
   const std::int16_t* a = dog_[(y - 1) % 3];
@@ -116,22 +122,12 @@ void FeatureExtractor::find_extrema(int y) {
   int before = h[kMargin - 1];
   int c = h[kMargin];
   for (int x = kMargin; x < end; ++x) {
-    int next = h[x + 1];
-    bool found = false;
+    const int next = h[x + 1];
     if (c > before) {
-      while (next > c && x + 1 < end) {
-        c = next;
-        next = h[++x + 1];
-      }
-      found = c >= next && c >= cells[x / kCell].least && is_maximum(a + x, b + x, c);
+      if (c >= next && c >= cells[x / kCell].least && is_maximum(a + x, b + x, c)) take(x, y, a, h, b);
     } else if (c < before) {
-      while (next < c && x + 1 < end) {
-        c = next;
-        next = h[++x + 1];
-      }
-      found = c <= next && -c >= cells[x / kCell].least && is_minimum(a + x, b + x, c);
+      if (c <= next && -c >= cells[x / kCell].least && is_minimum(a + x, b + x, c)) take(x, y, a, h, b);
     }
-    if (found) take(x, y, a + x, h + x, b + x);
     before = c;
     c = next;
   }
@@ -139,12 +135,16 @@ void FeatureExtractor::find_extrema(int y) {
 
 void FeatureExtractor::take(int x, int y, const std::int16_t* a, const std::int16_t* h,
                             const std::int16_t* b) {
+  a += x;
+  h += x;
+  b += x;
   const Hessian d = hessian(a, h, b);
   if (is_edge(d)) return;
   Feature f;
   f.iu = static_cast<std::int16_t>(x);
   f.iv = static_cast<std::int16_t>(y);
   f.response = h[0];
+  f.described = false;
   refine(a, h, b, d, f);
   keep(f, cells_[(y / kCell) * kCellsX + x / kCell]);
 }
@@ -191,6 +191,7 @@ void FeatureExtractor::select() {
     set_.row_begin[y + 1] = static_cast<std::uint16_t>(set_.row_begin[y] + per_row[y]);
   }
   set_.features.resize(set_.row_begin[height_]);
+  set_.descriptors.resize(set_.row_begin[height_]);
   std::uint16_t next[cfg::kImageHeight];
   for (int y = 0; y < height_; ++y) next[y] = set_.row_begin[y];
   for (const Cell& cell : cells_) {

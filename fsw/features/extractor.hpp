@@ -1,12 +1,12 @@
 /// Keypoints of one image: single-scale difference-of-Gaussians extrema (METHOD section A), spread over the
-/// image, each with its upright SIFT descriptor.
+/// image, and their upright SIFT descriptors, of all of them or of those that are asked for later.
 ///
 /// One pass over the rows: smooth with two Gaussians (sigma 1.2 and 1.9 px, image/gaussian.hpp), subtract,
 /// look for pixels beyond all eight neighbours and the contrast threshold, drop edges (ratio of principal
 /// curvatures above 10, Lowe 2004 section 4.1), refine to sub-pixel by a quadratic in u and v, keep the
-/// strongest of each 32 x 32 px cell. Then the cells hand in their features rank by rank until the cap is reached, so that texture in one
-/// corner cannot starve the rest: motion is the better determined the wider its features are spread. Then one
-/// descriptor a unit.
+/// strongest of each 32 x 32 px cell. Then the cells hand in their features rank by rank until the cap is
+/// reached, so that texture in one corner cannot starve the rest: motion is the better determined the wider
+/// its features are spread. Then one descriptor a unit.
 ///
 /// A third, lighter Gaussian (sigma 0.6 px) gives the image that descriptors and patch alignment read; it
 /// stays as part of the result. Lighter is better there: on rendered and real images the motion's bias grew
@@ -41,10 +41,14 @@ class FeatureExtractor {
 
   /// Starts on `image` (borrowed until done), at least kLeastSide a side and at most the mission's size.
   /// `halved`: on means of 2 x 2 pixels, whose places are then what features tell (image/gaussian.hpp).
-  ExtractStatus start(const ImageU8& image, bool halved = false);
+  /// `describe`: all of them, as they are found.
+  ExtractStatus start(const ImageU8& image, bool halved = false, bool describe = true);
   /// Units: one row of the image, the choice of features, one descriptor.
   Progress step(WorkBudget& budget);
   ExtractStatus status() const { return status_; }
+
+  /// Of a feature of the result; costs kDescriptorOps.
+  void describe(std::size_t i);
 
   const FeatureSet& result() const { return set_; }
   /// The image smoothed with sigma 0.6 px, u16 with 8 fraction bits.
@@ -68,7 +72,7 @@ class FeatureExtractor {
   void find_extrema(int y);
   void take(int x, int y, const std::int16_t* a, const std::int16_t* h, const std::int16_t* b);
   static void keep(const Feature& feature, Cell& cell);
-  void select();
+  [[gnu::cold]] void select();  ///< once an image: small code will do
 
   ExtractStatus status_ = ExtractStatus::kIdle;
   int image_width_ = 0;
@@ -76,6 +80,7 @@ class FeatureExtractor {
   int height_ = 0;
   int row_ = 0;  ///< rows read
   std::size_t described_ = 0;
+  bool describe_ = true;
   bool selected_ = false;
   ScaleRows scales_;
   std::int16_t dog_[3][cfg::kImageWidth] = {};  ///< last three rows of the difference

@@ -23,6 +23,7 @@ struct Feature {
   std::int16_t iu = 0;  ///< the pixel it was found at
   std::int16_t iv = 0;
   std::int16_t response = 0;  ///< coarse minus fine Gaussian, grey levels x 256: bright blobs are negative
+  bool described = true;      ///< has a descriptor
 };
 
 /// Grey levels with 8 fraction bits.

@@ -14,13 +14,16 @@ std::uint32_t no_rival(std::uint32_t best, float ratio) {
 }  // namespace
 
 void MatchJob::start(const MatchParams& params, const FeatureSet& query, const FeatureSet& target,
-                     const FixedVector<SearchWindow, cfg::kMaxFeatures>& windows) {
+                     const FixedVector<SearchWindow, cfg::kMaxFeatures>& windows,
+                     const SmoothImage& query_image, const SmoothImage& target_image) {
   CAIRN_ASSERT(windows.size() == query.features.size());
   params_ = params;
   query_ = &query;
   target_ = &target;
   windows_ = &windows;
   next_ = 0;
+  query_image_ = query_image;
+  target_image_ = target_image;
   opened_ = false;
   count_ = 0;
   for (std::size_t i = 0; i < cfg::kMaxFeatures; ++i) partner_[i] = taken_by_[i] = kNone;
@@ -31,7 +34,7 @@ Progress MatchJob::step(WorkBudget& budget) {
     if (!opened_) open();
     const std::size_t left = search_.end - search_.at;
     const auto targets = static_cast<std::uint32_t>(left < kUnitTargets ? left : kUnitTargets);
-    if (!budget.take(unit_ops(targets, !opened_))) return Progress::kMore;
+    if (!budget.take(unit_ops(targets, !opened_, by_patches()))) return Progress::kMore;
     opened_ = true;
     look(search_.at + targets);
     if (search_.at < search_.end) continue;
@@ -49,18 +52,27 @@ void MatchJob::open() {
   if (w.u0 > w.u1 || w.v0 > w.v1) return;
   search_.at = target_->first_of_row(w.v0);
   search_.end = target_->first_of_row(w.v1 + 1);
+  const Feature& query = query_->features[next_];
+  if (by_patches() && search_.at < search_.end) patch_.cut(query_image_, query.iu, query.iv);
 }
 
 void MatchJob::look(std::size_t end) {
   const SearchWindow& w = (*windows_)[next_];
   const Feature& query = query_->features[next_];
-  const Descriptor& descriptor = query_->descriptors[next_];
   Search s = search_;
   for (; s.at < end; ++s.at) {
     const Feature& candidate = target_->features[s.at];
     if (candidate.iu < w.u0 || candidate.iu > w.u1) continue;
     if ((candidate.response < 0) != (query.response < 0)) continue;
-    const std::uint32_t distance = chi_squared(descriptor, target_->descriptors[s.at], s.stop);
+    if (!by_patches() && !candidate.described) continue;
+    std::uint32_t distance;
+    if (by_patches()) {
+      SparsePatch patch;
+      patch.cut(target_image_, candidate.iu, candidate.iv);
+      distance = patch_.difference(patch);
+    } else {
+      distance = chi_squared(query_->descriptors[next_], target_->descriptors[s.at], s.stop);
+    }
     if (distance < s.best) {
       s.second = s.best;
       s.best = distance;

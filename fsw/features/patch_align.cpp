@@ -6,12 +6,25 @@ namespace cairn {
 namespace {
 
 constexpr int kHalves = 2;
-constexpr int kSamplesOf[kHalves] = {(kPatchSamples + 1) / 2, kPatchSamples / 2};
 constexpr int kWeightBits = 13;
 constexpr int kSampleBits = 14;  // grey levels x 64: three sums of them fit 32 bits
 
-/// (1 - (r/7.5)^2)^2 in each direction: close to a Gaussian, and smooth at the rim. Half by half, row by row;
-/// each half sums to 2^12.
+/// Column of a row's first sample of a half, and the one behind its last.
+constexpr int first_of(int j, int half) {
+  const int rim = kPatchRadius - kPatchHalfWidth[j];
+  return rim + (rim + j + half) % 2;
+}
+constexpr int end_of(int j) { return kPatchRadius + kPatchHalfWidth[j] + 1; }
+
+constexpr int samples_of(int half) {
+  int n = 0;
+  for (int j = 0; j < kPatchSide; ++j) n += (end_of(j) - first_of(j, half) + 1) / 2;
+  return n;
+}
+constexpr int kSamplesOf[kHalves] = {samples_of(0), samples_of(1)};
+static_assert(kSamplesOf[0] + kSamplesOf[1] == kPatchSamples, "each sample is in one half");
+
+/// 1 - r^2/45: the rim still counts. Half by half, row by row; each half sums to 2^12.
 struct Window {
   std::int32_t weight[kPatchSamples] = {};
 };
@@ -23,12 +36,11 @@ constexpr Window make_window() {
     double sum = 0.0;
     const int first = k;
     for (int j = 0; j < kPatchSide; ++j) {
-      for (int i = (j + half) % 2; i < kPatchSide; i += 2, ++k) {
-        const double x = (i - kPatchRadius) / 7.5;
-        const double y = (j - kPatchRadius) / 7.5;
-        const double f = (1.0 - x * x) * (1.0 - y * y);
-        value[k] = f * f;
-        sum += f * f;
+      for (int i = first_of(j, half); i < end_of(j); i += 2, ++k) {
+        const int x = i - kPatchRadius;
+        const int y = j - kPatchRadius;
+        value[k] = 1.0 - (x * x + y * y) / 45.0;
+        sum += value[k];
       }
     }
     std::int32_t total = 0;
@@ -77,7 +89,7 @@ void cut_samples(const SmoothImage& image, int iu, int iv, Cut& cut, CutSums& su
       const std::uint16_t* p = image.row(iv - kPatchRadius + j) + (iu - kPatchRadius);
       const std::uint16_t* above = p - image.stride;
       const std::uint16_t* below = p + image.stride;
-      for (int i = (j + half) % 2; i < kPatchSide; i += 2, ++k) {
+      for (int i = first_of(j, half); i < end_of(j); i += 2, ++k) {
         const std::int32_t w = kWindow.weight[k];
         const std::int32_t x = p[i] - origin;
         const std::int32_t xu = p[i + 1] - p[i - 1];
@@ -221,10 +233,11 @@ void sample(const SmoothImage& image, const Grid& g, int half, const PatchTempla
             std::int32_t* out, TargetSums& sums) {
   TargetSums s = sums;
   for (int j = 0; j < kPatchSide; ++j) {
-    const int first = (j + half) % 2;
+    const int first = first_of(j, half);
+    const int end = end_of(j);
     std::int32_t x = g.x + j * g.xj + first * g.xi;
     std::int32_t y = g.y + j * g.yj + first * g.yi;
-    for (int i = first; i < kPatchSide; i += 2) {
+    for (int i = first; i < end; i += 2) {
       const std::uint16_t* p = image.data + (y >> 16) * image.stride + (x >> 16);
       const std::uint16_t* q = p + image.stride;
       const std::int32_t fx = (x >> 2) & 0x3FFF;

@@ -20,9 +20,12 @@
 
 namespace cairn {
 
-inline constexpr int kPatchRadius = 6;
+/// The patch is a disc, told by half the columns of each row. Smaller than a square of 13 x 13 under a window
+/// like a Gaussian's, and with more weight at its rim: 3/5 of the time, and less drift where ground is rocky.
+inline constexpr int kPatchRadius = 5;
 inline constexpr int kPatchSide = 2 * kPatchRadius + 1;
-inline constexpr int kPatchSamples = kPatchSide * kPatchSide;
+inline constexpr std::int8_t kPatchHalfWidth[kPatchSide] = {2, 3, 4, 5, 5, 5, 5, 5, 4, 3, 2};
+inline constexpr int kPatchSamples = 97;
 /// Operations of one template and of one alignment (at most), for work budgets.
 inline constexpr std::uint32_t kTemplateOps = 12U * kPatchSamples;
 inline constexpr std::uint32_t kAlignOps = 100U * kPatchSamples;

@@ -4,6 +4,7 @@
 
 #include "core/factors.hpp"
 #include "core/rounding.hpp"
+#include "features/sift_descriptor.hpp"
 
 namespace cairn {
 namespace {
@@ -12,6 +13,7 @@ constexpr std::size_t kPlaneIterations = 8;
 constexpr int kMostSearches = 8;        // of rows, in pairs: what never shows is not looked for for good
 constexpr int kMostSearchRows = 16;     // up and down
 constexpr double kLeastRows_px = 0.25;  // as keypoints tell them
+constexpr int kFewPoints = 150;         // rivals must have descriptors, too
 constexpr double kOnRow_px = 0.5;
 constexpr double kRowBias = 1.0 / 6.0;  // w^2 / 6
 constexpr int kRowsSigma = 4;
@@ -107,8 +109,8 @@ StereoStatus StereoFrameJob::start(const ImageU8& left, const ImageU8& right, St
     return image.data != nullptr && image.width == whole_rig_.width_px &&
            image.height == whole_rig_.height_px;
   };
-  const bool started =
-      fits(left) && fits(right) && frame.left.start(left, halved_) == ExtractStatus::kRunning;
+  const bool started = fits(left) && fits(right) &&
+                       frame.left.start(left, halved_, params_.paper_exact) == ExtractStatus::kRunning;
   return status_ = started ? StereoStatus::kRunning : StereoStatus::kBadImage;
 }
 
@@ -147,6 +149,13 @@ Progress StereoFrameJob::work(WorkBudget& budget) {
         refine_point(cursor_);
       }
       break;
+    case Phase::kDescribe:
+      for (; cursor_ < points.size(); ++cursor_) {
+        if (!points[cursor_].valid && !describe_all_) continue;
+        if (!budget.take(kDescriptorOps)) return Progress::kMore;
+        frame_->left.describe(cursor_);
+      }
+      break;
   }
   return Progress::kDone;
 }
@@ -154,7 +163,8 @@ Progress StereoFrameJob::work(WorkBudget& budget) {
 void StereoFrameJob::next_phase() {
   switch (phase_) {
     case Phase::kLeft:
-      if (right_.start(right_image_, halved_) != ExtractStatus::kRunning) status_ = StereoStatus::kBadImage;
+      if (right_.start(right_image_, halved_, params_.paper_exact) != ExtractStatus::kRunning)
+        status_ = StereoStatus::kBadImage;
       phase_ = Phase::kRight;
       break;
     case Phase::kRight: begin_match(); break;
@@ -163,6 +173,7 @@ void StereoFrameJob::next_phase() {
       break;
     case Phase::kPlane: take_plane(); break;
     case Phase::kRefine: count_points(); break;
+    case Phase::kDescribe: status_ = StereoStatus::kPoints; break;
   }
 }
 
@@ -186,7 +197,12 @@ void StereoFrameJob::begin_match() {
     w.v1 = static_cast<std::int16_t>(f.iv + band + rows);
     windows_.append(w);
   }
-  match_.start(params_.match, left, right_.result(), windows_);
+  if (params_.paper_exact) {
+    match_.start(params_.match, left, right_.result(), windows_);
+  } else {
+    match_.start(params_.match_patches, left, right_.result(), windows_, frame_->left.smooth(),
+                 right_.smooth());
+  }
   phase_ = Phase::kMatch;
 }
 
@@ -331,7 +347,10 @@ bool StereoFrameJob::rows_agree() const {
 void StereoFrameJob::count_points() {
   points_ = static_cast<int>(frame_->valid_points);
   const bool good = points_ >= min_points_ && (params_.paper_exact || rows_agree());
-  status_ = good ? StereoStatus::kPoints : StereoStatus::kFewPoints;
+  if (!good) status_ = StereoStatus::kFewPoints;
+  describe_all_ = points_ < kFewPoints;
+  phase_ = Phase::kDescribe;
+  cursor_ = params_.paper_exact ? frame_->points.size() : 0;  // there all are, already
 }
 
 }  // namespace cairn

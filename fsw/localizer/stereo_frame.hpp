@@ -6,8 +6,13 @@
 /// errors. The whole pixel, because the same patch is the template that later frames are searched for, and
 /// so its bias cancels.
 ///
+/// Left to right, features are told apart by sparse patches (features/sparse_patch.hpp), which alignment then
+/// judges: an eighth of the time of descriptors, and as many points. Then the left features that became
+/// points are described for the next frame; all of them where points are few, since matches that few rivals
+/// contest are wrong more often. With `paper_exact` all features of both images are described and matched so.
+///
 /// Cost. Units: those of extractor and matcher, one iteration of the plane (20 operations a point), the
-/// refinement of one point (kTemplateOps + kAlignOps), and once over all points after each (kOverPointsOps).
+/// refinement of one point (kTemplateOps + kAlignOps), a descriptor, and once over all (kOverPointsOps).
 #pragma once
 
 #include <cstdint>
@@ -39,6 +44,7 @@ struct StereoFrameParams {
   OwnHardware own = kMissionHardware;  ///< features there give no points
   bool paper_exact = false;            ///< disparities of the keypoints as the detector found them
   MatchParams match;
+  MatchParams match_patches = {0.8F, 26000};  ///< left to right, unless paper_exact; alignment judges them
   AlignParams align;
   RectificationParams rectification;  ///< not used where paper_exact
 };
@@ -109,19 +115,19 @@ class StereoFrameJob {
   void end_frame() { rectification_.end_frame(); }
 
  private:
-  enum class Phase : std::uint8_t { kLeft, kRight, kMatch, kPlane, kRefine };
+  enum class Phase : std::uint8_t { kLeft, kRight, kMatch, kPlane, kRefine, kDescribe };
 
   bool run_phase(WorkBudget& budget);  ///< false: budget spent
   Progress work(WorkBudget& budget);   ///< of the phase
   void next_phase();
   void begin_match();
-  bool search_rows();
+  [[gnu::cold]] bool search_rows();  ///< once a pair: small code will do
   void collect();
   void fit_plane(bool first);
   void take_plane();
   void refine_point(std::size_t i);
   bool rows_agree() const;
-  void count_points();
+  [[gnu::cold]] void count_points();
 
   StereoFrameParams params_;
   StereoRig whole_rig_;
@@ -140,8 +146,9 @@ class StereoFrameJob {
   bool searched_ = false;  ///< this one was
   int features_right_ = 0;
   int points_ = 0;
-  int aligned_ = 0;  ///< patches found in the right image ...
-  int on_row_ = 0;   ///< ... of these, with both sides on one row once corrected
+  bool describe_all_ = false;  ///< points are few: matches need all rivals
+  int aligned_ = 0;            ///< patches found in the right image ...
+  int on_row_ = 0;             ///< ... of these, with both sides on one row once corrected
   ImageU8 right_image_;
   StereoFrame* frame_ = nullptr;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);  ///< about the image centre, slopes per half width

@@ -404,7 +404,8 @@ bool RefineMotionJob::move() {
     status_ = MotionStatus::kDegenerate;
     return false;
   }
-  return step.head<3>().squaredNorm() < 1.0e-16 && step.tail<3>().squaredNorm() < 1.0e-16;
+  constexpr double kConverged = 1.0e-3;  // squares of sigmas: 3 % of one, and shrinking
+  return step.dot(gradient_) < kConverged;
 }
 
 void RefineMotionJob::judge(std::size_t end) {

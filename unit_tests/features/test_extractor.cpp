@@ -317,6 +317,27 @@ void test_stride_is_followed(void**) {
                       strided.features.size() * sizeof(Descriptor));
 }
 
+/// Features are the same without descriptors, and a descriptor is the same whenever it is made.
+void test_descriptors_may_come_later(void**) {
+  fill_noise(30, 220);
+  extract(kWhole);
+  static FeatureSet whole;
+  whole = extractor.result();
+  for (const Feature& f : whole.features) assert_true(f.described);
+  assert_status(extractor.start(kWhole, false, false), ExtractStatus::kRunning);
+  assert_true(test::run_whole(extractor));
+  assert_status(extractor.status(), ExtractStatus::kFeatures);
+  const FeatureSet& bare = extractor.result();
+  assert_int_equal(bare.features.size(), whole.features.size());
+  for (std::size_t i = 0; i < bare.features.size(); i += 3) {
+    assert_true(bare.features[i].iu == whole.features[i].iu && bare.features[i].iv == whole.features[i].iv);
+    assert_false(bare.features[i].described);
+    extractor.describe(i);
+    assert_true(bare.features[i].described);
+    assert_memory_equal(&bare.descriptors[i], &whole.descriptors[i], sizeof(Descriptor));
+  }
+}
+
 void test_slices_give_the_same_bits(void**) {
   fill_noise(30, 220);
   extract(kWhole);
@@ -352,6 +373,7 @@ int main() {
       cmocka_unit_test(test_least_number_of_features),
       cmocka_unit_test(test_bad_images),
       cmocka_unit_test(test_stride_is_followed),
+      cmocka_unit_test(test_descriptors_may_come_later),
       cmocka_unit_test(test_slices_give_the_same_bits),
   };
   return cmocka_run_group_tests_name("extractor", tests, nullptr, nullptr);

@@ -256,6 +256,62 @@ void test_a_window_for_each_query(void**) {
   assert_true(test::asserts([] { job.start({}, query, target, windows); }));
 }
 
+void test_what_is_not_described_has_no_partner(void**) {
+  one_query(constant(50), kEverywhere);
+  clear(target);
+  add(target, 20, 20, 300, constant(50));
+  add(target, 30, 30, 300, constant(60));
+  run({});
+  assert_int_equal(job.partner(0), 0);
+  target.features[0].described = false;
+  run({});
+  assert_int_equal(job.partner(0), 1);
+}
+
+std::uint16_t grey[2][kWidth * kHeight];
+const SmoothImage kPictures[2] = {packed_view<const std::uint16_t>(grey[0], kWidth, kHeight),
+                                  packed_view<const std::uint16_t>(grey[1], kWidth, kHeight)};
+
+/// A field of noise, moved to the left by `shift` in the second picture and darker there; features on a grid.
+void fill_pictures(int shift) {
+  Random random(51);
+  clear(query);
+  clear(target);
+  for (int i = 0; i < kWidth * kHeight; ++i) grey[0][i] = static_cast<std::uint16_t>(random.below(65281));
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x)
+      grey[1][y * kWidth + x] = static_cast<std::uint16_t>(grey[0][y * kWidth + (x + shift) % kWidth] / 2);
+  }
+  for (int y = 20; y < kHeight - 10; y += 7) {
+    for (int x = 40; x < kWidth - 10; x += 9) {
+      const auto response = static_cast<std::int16_t>(random.below(2) == 0 ? 300 : -300);
+      add(query, x, y, response, {});
+      add(target, x - shift, y, response, {});
+      query.features[query.features.size() - 1].described = false;
+      target.features[target.features.size() - 1].described = false;
+    }
+  }
+}
+
+/// Nothing is described: each patch is found among others of its row.
+void test_patches_find_their_like(void**) {
+  fill_pictures(12);
+  windows.clear();
+  for (const Feature& f : query.features)
+    assert_true(windows.push_back({0, static_cast<std::int16_t>(f.iu), f.iv, f.iv}));
+  job.start({0.8F, SparsePatch::kUnlike / 2}, query, target, windows, kPictures[0], kPictures[1]);
+  assert_true(test::run_whole(job));
+  for (std::size_t i = 0; i < query.features.size(); ++i) assert_int_equal(job.partner(i), i);
+  sliced.start({0.8F, SparsePatch::kUnlike / 2}, query, target, windows, kPictures[0], kPictures[1]);
+  assert_true(test::run_in_slices(sliced) > 10);
+  for (std::size_t i = 0; i < query.features.size(); ++i) assert_int_equal(sliced.partner(i), i);
+  // Where the partner is none of the candidates, nothing else is like it.
+  for (SearchWindow& w : windows) w.u1 = static_cast<std::int16_t>(w.u1 - 13);
+  job.start({0.8F, SparsePatch::kUnlike / 4}, query, target, windows, kPictures[0], kPictures[1]);
+  assert_true(test::run_whole(job));
+  assert_int_equal(job.count(), 0);
+}
+
 void test_slices_give_the_same_matches(void**) {
   fill_random(query, 31, 300);
   fill_random(target, 32, 300);
@@ -275,11 +331,18 @@ void test_slices_give_the_same_matches(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_equals_brute_force),      cmocka_unit_test(test_window_corners_are_inclusive),
-      cmocka_unit_test(test_signs_do_not_mix),        cmocka_unit_test(test_ratio),
-      cmocka_unit_test(test_equal_rivals_cancel),     cmocka_unit_test(test_largest_distance_is_inclusive),
-      cmocka_unit_test(test_a_partner_is_used_once),  cmocka_unit_test(test_nothing_to_match),
-      cmocka_unit_test(test_a_window_for_each_query), cmocka_unit_test(test_slices_give_the_same_matches),
+      cmocka_unit_test(test_what_is_not_described_has_no_partner),
+      cmocka_unit_test(test_patches_find_their_like),
+      cmocka_unit_test(test_equals_brute_force),
+      cmocka_unit_test(test_window_corners_are_inclusive),
+      cmocka_unit_test(test_signs_do_not_mix),
+      cmocka_unit_test(test_ratio),
+      cmocka_unit_test(test_equal_rivals_cancel),
+      cmocka_unit_test(test_largest_distance_is_inclusive),
+      cmocka_unit_test(test_a_partner_is_used_once),
+      cmocka_unit_test(test_nothing_to_match),
+      cmocka_unit_test(test_a_window_for_each_query),
+      cmocka_unit_test(test_slices_give_the_same_matches),
   };
   return cmocka_run_group_tests_name("match", tests, nullptr, nullptr);
 }

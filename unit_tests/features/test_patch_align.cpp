@@ -107,7 +107,7 @@ void test_shifts(void**) {
   assert_at_least(e.aligned, 116);
   assert_near(e.mean_u, 0.0, 0.004);
   assert_near(e.mean_v, 0.0, 0.004);
-  assert_at_most(e.rms, 0.022);
+  assert_at_most(e.rms, 0.024);
   assert_at_most(e.worst, 0.11);
 }
 
@@ -120,7 +120,7 @@ void test_gain_and_offset(void**) {
   assert_at_least(e.aligned, 116);
   assert_near(e.mean_u, 0.0, 0.004);
   assert_near(e.mean_v, 0.0, 0.004);
-  assert_at_most(e.rms, 0.022);
+  assert_at_most(e.rms, 0.024);
   assert_at_most(e.worst, 0.13);
 }
 
@@ -187,12 +187,13 @@ void test_target_outside(void**) {
   Random random(1);
   fill(test::Waves(5, 6.0, 30.0, 28.0), {}, random);
   constexpr float kHigh = kSide - 1 - kPatchRadius;
-  for (const float bad : {5.9F, kHigh, 1e9F, -1e9F, static_cast<float>(NAN), static_cast<float>(INFINITY)}) {
+  for (const float bad :
+       {kPatchRadius - 0.1F, kHigh, 1e9F, -1e9F, static_cast<float>(NAN), static_cast<float>(INFINITY)}) {
     assert_status(run(kIdentity, bad, 32.0F).status, AlignStatus::kOutside);
     assert_status(run(kIdentity, 32.0F, bad).status, AlignStatus::kOutside);
   }
   const float twice[4] = {2.0F, 0.0F, 0.0F, 1.0F};
-  assert_status(run(twice, 11.9F, 32.0F).status, AlignStatus::kOutside);
+  assert_status(run(twice, 2 * kPatchRadius - 0.1F, 32.0F).status, AlignStatus::kOutside);
   const float broken[4] = {1.0F, NAN, 0.0F, 1.0F};
   assert_status(run(broken).status, AlignStatus::kOutside);
 }
@@ -204,9 +205,9 @@ void test_rounding_does_not_read_beyond_the_rim(void**) {
   static std::uint16_t wide[kWidth * 20];
   const SmoothImage target = packed_view<const std::uint16_t>(wide, kWidth, 20);
   const SmoothImage upright = packed_view<const std::uint16_t>(wide, 20, kWidth);
-  const float rims[3][3] = {{505.538544F, 0.572843671F, 0.337394714F},
-                            {504.254272F, -0.91843462F, -0.205850586F},
-                            {504.156464F, -1.0599196F, -0.0806670487F}};
+  const float rims[3][3] = {{506.448782F, 0.572843671F, 0.337394714F},
+                            {505.378557F, -0.91843462F, -0.205850586F},
+                            {505.297051F, -1.0599196F, -0.0806670487F}};
   Random random(1);
   fill(test::Waves(5, 6.0, 30.0, 28.0), {}, random);
   static PatchTemplate patch;
