@@ -100,6 +100,7 @@ Progress FeatureExtractor::step(WorkBudget& budget) {
 
 void FeatureExtractor::describe(std::size_t i) {
   Feature& f = set_.features[i];
+  if (f.described) return;
   set_.descriptors[i] = cairn::describe(smooth(), f.iu, f.iv);
   f.described = true;
 }

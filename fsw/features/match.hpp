@@ -63,7 +63,7 @@ class MatchJob {
   bool by_patches() const { return query_image_.data != nullptr; }
   void open();
   void look(std::size_t end);
-  void decide();
+  [[gnu::cold]] void decide();
 
   MatchParams params_;
   const FeatureSet* query_ = nullptr;

@@ -350,7 +350,7 @@ void StereoFrameJob::count_points() {
   if (!good) status_ = StereoStatus::kFewPoints;
   describe_all_ = points_ < kFewPoints;
   phase_ = Phase::kDescribe;
-  cursor_ = params_.paper_exact ? frame_->points.size() : 0;  // there all are, already
+  cursor_ = 0;
 }
 
 }  // namespace cairn

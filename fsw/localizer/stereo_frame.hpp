@@ -127,7 +127,7 @@ class StereoFrameJob {
   void take_plane();
   void refine_point(std::size_t i);
   bool rows_agree() const;
-  [[gnu::cold]] void count_points();
+  void count_points();
 
   StereoFrameParams params_;
   StereoRig whole_rig_;
