@@ -34,13 +34,20 @@ std::uint32_t sum_above(const std::uint32_t* a, const std::uint32_t* b, int word
   return sum;
 }
 
-/// Is the sum of the differences of horizontal neighbours in a window at least so large?
-bool has_texture(const std::uint32_t* window, int least) {
+/// |a - b|, of both halves.
+std::uint32_t apart(std::uint32_t a, std::uint32_t b) { return 2 * above(a, complement(b)) + b - a; }
+
+/// Is the sum of the differences of horizontal neighbours in a window at least so large? Where that of the
+/// columns' sums is, so is that of the pixels.
+bool has_texture(const std::uint32_t* columns, const std::uint32_t* window, int least) {
+  std::uint32_t of_columns = 0;
+  for (int k = 0; k + 1 < kSide; ++k) of_columns += apart(columns[k + 1], columns[k]);
+  if (static_cast<int>(both_halves(of_columns)) >= least) return true;
   int sum = 0;
   for (int k = 0; k + 4 < kWords && sum < least; k += 4) {
     const std::uint32_t* here = window + k;
     std::uint32_t halves = 0;
-    for (int j = 0; j < 4; ++j) halves += 2 * above(here[j + 4], complement(here[j])) + here[j] - here[j + 4];
+    for (int j = 0; j < 4; ++j) halves += apart(here[j + 4], here[j]);
     sum += static_cast<int>(both_halves(halves));
   }
   return sum >= least;
@@ -234,7 +241,7 @@ std::uint32_t StereoProbeJob::difference(const Search& s, int d) const {
 std::uint32_t StereoProbeJob::probe(int u, int v, const Range& range) {
   Search s;
   s.x = u - kHalf;
-  if (!has_texture(&left_band_.pairs[4 * s.x], params_.min_texture)) return 0;
+  if (!has_texture(&left_band_.columns[s.x], &left_band_.pairs[4 * s.x], params_.min_texture)) return 0;
   s.left_sum = both_halves(left_band_.quarters[s.x] + left_band_.quarters[s.x + kHalf]);
   s.best = {0, UINT32_MAX};
   s.limit = kLargest;

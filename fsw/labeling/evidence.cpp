@@ -7,7 +7,7 @@ namespace {
 
 // Half of the planes settle in three, one in a hundred takes fifteen.
 constexpr int kMostPlaneIterations = 15;
-constexpr double kSettled = 0.02;  // root mean square change of heights, of the ground's roughness
+constexpr double kSettled = 0.04;  // root mean square change of heights, of the ground's roughness
 
 PixelBounds widen(const RegionBox& box, double share, int least) {
   const int du = static_cast<int>(share * (box.u_max - box.u_min + 1));

@@ -264,17 +264,14 @@ void MeanShiftJob::fill_row() {
   const int above = y_px_ > 0 ? y_px_ - 1 : y_px_;
   const std::uint8_t* in_above = input_.row(above);
   const std::uint8_t* out_above = output_.row(above);
+  constexpr int kAway = 256;  // of no pixel
   for (int x = 1 - y_px_ % 2; x < input_.width; x += 2) {
-    int least = 256;
-    const auto offer = [&](int grey, std::uint8_t mode) {
-      const int away = magnitude(grey - in[x]);
-      if (away >= least) return;
-      least = away;
-      out[x] = mode;
-    };
-    if (x > 0) offer(in[x - 1], out[x - 1]);
-    if (x + 1 < input_.width) offer(in[x + 1], out[x + 1]);
-    if (y_px_ > 0) offer(in_above[x], out_above[x]);
+    const int grey = in[x];
+    const int left = x > 0 ? magnitude(in[x - 1] - grey) : kAway;
+    const int right = x + 1 < input_.width ? magnitude(in[x + 1] - grey) : kAway;
+    const int up = y_px_ > 0 ? magnitude(in_above[x] - grey) : kAway;
+    const int beside = left <= right ? left : right;
+    out[x] = up < beside ? out_above[x] : left <= right ? out[x - 1] : out[x + 1];
   }
 }
 

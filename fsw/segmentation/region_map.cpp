@@ -17,7 +17,10 @@ bool RegionMap::connect_row(const ImageU8& grey, int y, int tolerance) {
   const std::uint8_t* here = grey.row(y);
   const std::uint8_t* above = y > 0 ? grey.row(y - 1) : nullptr;
   std::uint16_t* number = &number_[y * width_];
-  const auto near = [tolerance](int a, int b) { return a - b <= tolerance && b - a <= tolerance; };
+  // |a - b| <= tolerance, in one comparison.
+  const auto near = [tolerance](int a, int b) {
+    return static_cast<unsigned>(a - b + tolerance) <= static_cast<unsigned>(2 * tolerance);
+  };
   std::uint16_t root = kNoRegion;        // of the run of pixels under way
   std::uint16_t last_above = kNoRegion;  // a number above it, of the same root
   std::uint32_t area_px = 0;             // of the run, not yet counted

@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x89210EA9U, 0, 0};
-constexpr Golden kWhole = {35, 0x92192E39U, 0x9D2CFE39U, 0xF86BAC20U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xE635342CU, 0, 0};
+constexpr Golden kWhole = {35, 0xAD8EE232U, 0x6B4F2455U, 0x9C77A5F2U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
