@@ -53,6 +53,7 @@ void MatchJob::open() {
   search_.at = target_->first_of_row(w.v0);
   search_.end = target_->first_of_row(w.v1 + 1);
   const Feature& query = query_->features[next_];
+  if (!by_patches() && !query.described) search_.end = search_.at;
   if (by_patches() && search_.at < search_.end) patch_.cut(query_image_, query.iu, query.iv);
 }
 

@@ -1,4 +1,4 @@
-// Is it the same patch? Of textures whose place is known: gain and offset, places beside, strangers, flat ones.
+// Is it the same patch? Of textures whose place is known: gain, offset, places beside, strangers, flat ones.
 #include "features/sparse_patch.hpp"
 
 #include "image/gaussian.hpp"
