@@ -333,13 +333,19 @@ void test_ranks(void**) {
   assert_int_equal(build("'" + sample + "' --sun auto" + into("auto3"), run + "3 "), 0);
   const std::size_t told = said().find("sun by the image");
   assert_true(told != std::string::npos && said().find("sun by the image", told + 1) == std::string::npos);
-  assert_true(build(file("cut.tif") + " -o " + file("bad/site.cmap"), run + "3 ") != 0);
-  const std::size_t first = ended.errors.find("cairn: ");
-  assert_true(first != std::string::npos && ended.errors.find("cairn: ", first + 1) == std::string::npos);
+  // On a busy machine mpirun may end before it has passed on what a rank said: then it is asked again.
+  const auto refused_once = [&](const std::string& arguments) {
+    std::size_t told_at = std::string::npos;
+    for (int tries = 0; tries < 5 && told_at == std::string::npos; ++tries) {
+      assert_true(build(arguments, run + "3 ") != 0);
+      told_at = ended.errors.find("cairn: ");
+    }
+    assert_true(told_at != std::string::npos);
+    assert_true(ended.errors.find("cairn: ", told_at + 1) == std::string::npos);
+  };
+  refused_once(file("cut.tif") + " -o " + file("bad/site.cmap"));
   assert_true(fs::is_empty(scratch.path("bad")));
-  assert_true(build("--no-such-option", run + "3 ") != 0);
-  const std::size_t once = ended.errors.find("cairn: ");
-  assert_true(once != std::string::npos && ended.errors.find("cairn: ", once + 1) == std::string::npos);
+  refused_once("--no-such-option");
 }
 
 /// A model that cannot be used is told before the work, in one line alone: no word yet of the method.
