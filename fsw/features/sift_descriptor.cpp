@@ -110,13 +110,12 @@ Descriptor quantise(std::uint32_t (&h)[kDescriptorSize]) {
 }
 
 struct Reciprocals {
-  std::uint16_t value[511] = {};
+  std::uint32_t value[511] = {};
 };
 
 constexpr Reciprocals make_reciprocals() {
   Reciprocals r;
-  r.value[1] = 65535;  // as near as 16 bits come to one
-  for (std::uint32_t i = 2; i < 511; ++i) r.value[i] = static_cast<std::uint16_t>(((1U << 16U) + i / 2U) / i);
+  for (std::uint32_t i = 1; i < 511; ++i) r.value[i] = ((1U << 16U) + i / 2U) / i;
   return r;
 }
 

@@ -126,15 +126,23 @@ void StereoProbeJob::next_row() {
 
 void StereoProbeJob::choose_probes() {
   const bool sparse = v_ / kSpacing % 2 == 0;
-  for (int i = 0; i < kCells; ++i) wanted_[i] = boxes_ == nullptr || (sparse && i % 2 == 0);
   chosen_ = true;
+  // Where boxes begin less where they end: however many lie upon each other, each is looked at once.
+  std::int16_t edges[kCells + 1] = {};
   if (boxes_ != nullptr) {
     for (const PixelBounds& box : *boxes_) {
-      if (v_ < box.v_min || v_ > box.v_max) continue;
+      if (v_ < box.v_min || v_ > box.v_max || box.u_max < kHalf) continue;
       const int first = box.u_min <= kHalf ? 0 : (box.u_min - kHalf + kSpacing - 1) / kSpacing;
       const int last = (box.u_max - kHalf) / kSpacing;
-      for (int i = first; i <= last && i < kCells; ++i) wanted_[i] = true;
+      if (first >= kCells || last < first) continue;
+      ++edges[first];
+      --edges[last < kCells ? last + 1 : kCells];
     }
+  }
+  int covered = boxes_ == nullptr ? 1 : 0;
+  for (int i = 0; i < kCells; ++i) {
+    covered += edges[i];
+    wanted_[i] = covered > 0 || (sparse && i % 2 == 0);
   }
   next_probe();
 }

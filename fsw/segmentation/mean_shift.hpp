@@ -11,8 +11,8 @@
 /// channels and hr sqrt(3); unit_tests/opencv/test_mean_shift.cpp).
 ///
 /// With `each_second`, only pixels whose x + y is even walk. Another takes the mode of that neighbour (left,
-/// right, above; ties: the first) whose grey value is nearest to its own: half of the work, and boulders that
-/// no test tells from those of the whole.
+/// right, above; ties: the first) whose grey value is nearest to its own: half of the work, and on three
+/// drives as many boulders as when all walk, and as right.
 ///
 /// Only the grey value of a mode is kept. Regions are delineated on the pixel lattice by neighbours with
 /// agreeing modes (region_map.hpp), to which the place of a mode adds nothing. Trajectories do not adopt

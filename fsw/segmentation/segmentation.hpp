@@ -84,7 +84,7 @@ using Regions = FixedVector<Region, cfg::kMaxLabels>;
 /// The label image at working resolution.
 struct LabelView {
   ImageU8 image;    ///< 0: no region
-  int divisor = 1;  ///< full-resolution pixels to one of `image`
+  int divisor = 1;  ///< full-resolution pixels to one of `image`: 1 or 2
 
   /// Label at a full-resolution pixel coordinate; 0 outside of the image.
   std::uint8_t label_at(double u_px, double v_px) const;

@@ -665,7 +665,9 @@ void add_map_build(Command map) {
       "--like", o.like,
       "a table: with the grid, attributes and system of this map (.cmap), which it was taken "
       "from, so that map uplink can send the difference");
-  build_app.add_option("--min-diameter", o.min_diameter_m, "omit boulders smaller than this, m")
+  build_app
+      .add_option("--min-diameter", o.min_diameter_m,
+                  "omit boulders smaller than this, m; below 3 px: find them, too, down to 2.4 px")
       .not_negative();
   build_app
       .add_option("--quantum", o.quantum_m,
