@@ -73,14 +73,15 @@ std::vector<PathPoint> planned(const ForecastOptions& options, const CmapContent
   return drive_over(waypoints, options.step_m, options.turn_step_deg);
 }
 
-/// The defaults were fitted on drives of one rig.
-void warn_of_fit(const ForecastOptions& options) {
-  constexpr std::string_view kFitted = "paper";
-  if (kFitted == cfg::kMission.name || !options.changes.empty()) return;
+/// The defaults were fitted on drives of some rigs.
+void warn_of_fit(const ForecastOptions& options, bool by_landmarks) {
+  const std::string_view mission = cfg::kMission.name;
+  const bool fitted = by_landmarks ? mission == "mast" || mission == "drone" : mission == "paper";
+  if (fitted || !options.changes.empty()) return;
   fmt::print(stderr,
-             "cairn: warning: the forecast's parameters were fitted for mission '{}', none for '{}': errors "
+             "cairn: warning: the forecast's parameters were fitted for mission {}, none for '{}': errors "
              "can be 2.5 times those given here; run a campaign and give its --model\n",
-             kFitted, cfg::kMission.name);
+             by_landmarks ? "'mast' and 'drone'" : "'paper'", mission);
 }
 
 void run(const ForecastOptions& options) {
@@ -94,7 +95,7 @@ void run(const ForecastOptions& options) {
   warn_of_scale(options.map, map);
   const ForecastModel model = model_of(options, map);
   const std::vector<PathPoint> drive = planned(options, map);
-  warn_of_fit(options);
+  warn_of_fit(options, model.window_m > 0.0);
   ProgressLine progress(fmt::format("map forecast {}", options.map.filename().string()));
   const Forecast made = forecast(model_for(model, map.boulders, map.extent, map.pixel_m), map.boulders, drive,
                                  [&](double share) { progress.show(share); });

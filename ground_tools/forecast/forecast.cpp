@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <string_view>
 
 #include "app/flight_app.hpp"
 #include "base/event_count.hpp"
@@ -123,11 +124,12 @@ class TrueOnes {
     return sum;
   }
 
-  /// On x, y and yaw, by the true pairs of a fix that is applied; `fewest` of them at least.
-  Mat3 information(std::size_t fewest) const {
+  /// On x, y and yaw, by the true pairs of a fix that is applied; `fewest` of them at least. `claimed_m`:
+  /// sigma of a pair, as the verdict takes it.
+  Mat3 information(std::size_t fewest, double claimed_m) const {
     const std::vector<double> right = given_at_least(found_, std::min(fewest, found_.size()));
     const double pairs = std::accumulate(right.begin(), right.end(), 0.0);
-    const double claimed = std::pow(model_.evidence.sigma_pair_m, 2);
+    const double claimed = std::pow(claimed_m, 2);
     const double variance =
         (kVarianceFreedom * claimed + pairs * std::pow(model_.sigma_pair_m, 2)) / (kVarianceFreedom + pairs);
     Mat3 sum = Mat3::Zero();
@@ -162,7 +164,7 @@ Mat3 weigh_boulders(const ForecastModel& model, const std::vector<TableBoulder>&
     const Proof proof(of);
     const double proved = ones.proved(proof, demand);
     station.applied += node.weight * proved;
-    information += node.weight * proved * ones.information(proof.fewest(likely, 0.5));
+    information += node.weight * proved * ones.information(proof.fewest(likely, 0.5), of.sigma_m);
     station.needed += node.weight * static_cast<double>(proof.fewest(likely, kSure));
   }
   station.boulders = static_cast<int>(footprint.size());
@@ -235,18 +237,31 @@ bool landmarks_serve(double pixel_m) {
   return cfg::kHaveLandmarks && pixel_m >= cfg::kMission.landmark_least_pixel_m;
 }
 
-/// On maps of such pixels (doc/RESULTS.md, 5 and 10 cm a pixel): found from 3.2 pixels on; a place is good to
-/// the map's part of a pixel, a fifth of a boulder of four, and what drifts over a quarter of the window.
+/// What drives told of a rig's landmarks (doc/RESULTS.md, "Forecasts").
+struct LandmarkFit {
+  DetectionCurve found;  ///< lengths in pixels of the map
+  double rock_px;        ///< half of the rocks of that size are offered, the map has them or not
+  double footprint_cells;
+};
+constexpr LandmarkFit kMastFit{{0.9, 2.4, 8.0, 0.8}, 3.2, 1.2};
+constexpr LandmarkFit kDroneFit{{0.75, 2.8, 8.0, 0.4}, 2.2, 1.6};
+
+/// On maps of such pixels. Decoys, of few boulders, hardly ever decide, so that the verdict's calibration
+/// counts in full.
 void serve_by_landmarks(double pixel_m, ForecastModel& model) {
   const LandmarkParams landmarks;
-  const double way_m = 0.25 * landmarks.window_m;
+  const LandmarkFit& fit = std::string_view(cfg::kMission.name) == "drone" ? kDroneFit : kMastFit;
   model.window_m = landmarks.window_m;
   model.max_range_m = cfg::kMission.relief_range_m;
-  model.detection = {0.9, 3.2 * pixel_m, 8.0, 0.4};
+  model.tracks.min_sightings = 1;  // the relief holds what any frame shows
+  model.detection = fit.found;
+  model.detection.half_m *= pixel_m;
+  model.rock_half_m = fit.rock_px * pixel_m;
   model.sigma_common_m = landmarks.common_share * pixel_m;
-  model.sigma_pair_m =
-      std::hypot(landmarks.pixel_share * pixel_m, 0.2 * 4.0 * pixel_m, landmarks.drift_share * way_m);
-  model.evidence.sigma_pair_m = model.sigma_pair_m;
+  model.evidence.sigma_pair_m = landmarks.pixel_share * pixel_m;
+  model.footprint_sigma_m = fit.footprint_cells * cfg::kMission.relief_cell_m;
+  model.sigma_pair_m = std::hypot(landmarks.pixel_share * pixel_m, cfg::kMission.relief_cell_m);
+  model.verdict.ln_threshold -= model.verdict.calibration;
 }
 
 }  // namespace
@@ -292,11 +307,29 @@ double within_disc(const Ellipse& ellipse, double radius_m) {
   return 1.0 - outside / kSteps;
 }
 
+/// Of landmarks as Landmarks::build has it, in the mean square.
+double claimed_sigma_m(const ForecastModel& model, const Sweep& sweep, const std::vector<PathPoint>& drive,
+                       std::size_t last, const std::vector<TableBoulder>& footprint) {
+  if (model.window_m == 0.0 || footprint.empty()) return model.evidence.sigma_pair_m;
+  const LandmarkParams landmarks;
+  double squares = 0.0;
+  for (const TableBoulder& b : footprint) {
+    const SpotView view = sweep.view_of(drive, last, b.p_map_m);
+    const double since_m = drive[last].arc_m - view.last_arc_m;
+    squares += std::pow(landmarks.range_share * view.nearest_m, 2) +
+               std::pow(landmarks.noise_m, 2) * since_m + std::pow(landmarks.drift_share * since_m, 2);
+  }
+  return std::hypot(model.evidence.sigma_pair_m, model.footprint_sigma_m,
+                    std::sqrt(squares / static_cast<double>(footprint.size())));
+}
+
 ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                         const MapExtent& extent, double pixel_m) {
   ForecastModel adapted = model;
   if (adapted.window_m == 0.0 && landmarks_serve(pixel_m)) serve_by_landmarks(pixel_m, adapted);
-  adapted.clutter_per_m2 += unmapped_per_m2(boulders, extent, model.detection);
+  DetectionCurve of_rocks = adapted.detection;
+  if (adapted.rock_half_m > 0.0) of_rocks.half_m = adapted.rock_half_m;
+  adapted.clutter_per_m2 += unmapped_per_m2(boulders, extent, of_rocks);
   return adapted;
 }
 
@@ -319,15 +352,18 @@ Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& b
     station.at = drive[last];
     station.frame = last;
     std::vector<TableBoulder> footprint;
-    std::copy_if(near.begin(), near.end(), std::back_inserter(footprint),
-                 [&](const TableBoulder& b) { return sweep.in_footprint(drive, last, b.p_map_m); });
+    std::copy_if(near.begin(), near.end(), std::back_inserter(footprint), [&](const TableBoulder& b) {
+      // What a side of the picture cuts is seldom offered as a landmark.
+      const double whole_m = model.window_m > 0.0 ? 0.5 * b.diameter_m : 0.0;
+      return sweep.in_footprint(drive, last, b.p_map_m, whole_m);
+    });
     const ErrorCovariance& before = error.covariance();
     station.per_m2 = density_at(boulders, box, station.at, model.map_window_radius_m);
     station.clutter =
         model.clutter_per_m2 * spot_m * spot_m * static_cast<double>(sweep.spots(drive, last, spot_m).size());
     Demand demand;
     demand.proof.per_m2 = station.per_m2;
-    demand.proof.sigma_m = model.evidence.sigma_pair_m;
+    demand.proof.sigma_m = claimed_sigma_m(model, sweep, drive, last, footprint);
     demand.proof.error_m = model.sigma_pair_m;
     demand.proof.clutter = station.clutter;
     demand.proof.log_volume = log_volume_of(before.topLeftCorner<3, 3>(), station.per_m2);

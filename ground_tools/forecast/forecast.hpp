@@ -43,7 +43,9 @@ struct ForecastModel {
   double max_range_m = cfg::kMission.boulder_max_range_m;
   double map_window_radius_m = cfg::kMission.map_window_radius_m;  ///< over which density is taken
   TrackParams tracks;
-  double window_m = 0.0;  ///< of way, where landmarks serve the map; 0: the tracks' window
+  double window_m = 0.0;           ///< of way, where landmarks serve the map; 0: the tracks' window
+  double footprint_sigma_m = 0.0;  ///< that landmarks have for it, beside range and drift, on an axis
+  double rock_half_m = 0.0;        ///< of the curve for what the map has not; 0: that of what it has
   EvidenceParams evidence;
   VerdictParams verdict;
   double track_log_odds = cfg::kMission.track_log_odds;
@@ -121,6 +123,10 @@ struct Forecast {
 /// map is too coarse for is added to the clutter (forecast/unmapped.hpp).
 ForecastModel model_for(const ForecastModel& model, const std::vector<TableBoulder>& boulders,
                         const MapExtent& extent, double pixel_m = 0.0);
+
+/// Sigma of a pair on an axis, as the flight module takes it for these boulders of the map at frame `last`.
+double claimed_sigma_m(const ForecastModel& model, const Sweep& sweep, const std::vector<PathPoint>& drive,
+                       std::size_t last, const std::vector<TableBoulder>& footprint);
 
 /// Takes the model as it stands. Asks for at least one frame. `done` is told the share of the drive.
 Forecast forecast(const ForecastModel& model, const std::vector<TableBoulder>& boulders,

@@ -111,14 +111,24 @@ Sweep::Sweep(const StereoRig& rig, double max_range_m, const TrackParams& tracks
       tracks_(tracks),
       window_m_(window_m) {}
 
-bool Sweep::in_view(const PathPoint& at, const Vec2& p_map_m) const {
-  const Vec2 p_rover_m = Pose2{at.x_m, at.y_m, at.yaw_rad}.inverse() * p_map_m;
-  if ((p_rover_m - rig_.T_rover_cam.t.head<2>()).norm() > max_range_m_) return false;
+bool Sweep::in_pictures(const Vec2& p_rover_m) const {
   const Vec3 p_cam_m = T_cam_rover_ * Vec3(p_rover_m.x(), p_rover_m.y(), 0.0);
   if (!(p_cam_m.z() > 0.0)) return false;
   const StereoPixel at_px = project(rig_, p_cam_m);
   return at_px.u_right >= 0.0 && at_px.u_left <= rig_.width_px - 1.0 && at_px.v_left >= 0.0 &&
          at_px.v_left <= rig_.height_px - 1.0;
+}
+
+bool Sweep::in_view(const PathPoint& at, const Vec2& p_map_m, double radius_m) const {
+  const Vec2 p_rover_m = Pose2{at.x_m, at.y_m, at.yaw_rad}.inverse() * p_map_m;
+  const Vec2 ray_m = p_rover_m - rig_.T_rover_cam.t.head<2>();
+  const double far_m = ray_m.norm();
+  if (far_m > max_range_m_ || !in_pictures(p_rover_m)) return false;
+  if (radius_m == 0.0) return true;
+  const Vec2 along_m = radius_m / far_m * ray_m;
+  const Vec2 across_m(-along_m.y(), along_m.x());
+  return in_pictures(p_rover_m - along_m) && in_pictures(p_rover_m + across_m) &&
+         in_pictures(p_rover_m - across_m);
 }
 
 std::size_t Sweep::first_of_window(const std::vector<PathPoint>& drive, std::size_t last) const {
@@ -131,13 +141,17 @@ std::size_t Sweep::first_of_window(const std::vector<PathPoint>& drive, std::siz
   return last > window ? last - window : 0;
 }
 
-int Sweep::frames_in_view(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m) const {
-  int count = 0;
+SpotView Sweep::view_of(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m,
+                        double radius_m) const {
+  SpotView view;
   for (std::size_t i = first_of_window(drive, last); i <= last; ++i) {
-    const Vec2 off = p_map_m - Vec2(drive[i].x_m, drive[i].y_m);
-    count += off.squaredNorm() <= reach_m_ * reach_m_ && in_view(drive[i], p_map_m) ? 1 : 0;
+    const double far_m = (p_map_m - Vec2(drive[i].x_m, drive[i].y_m)).norm();
+    if (far_m > reach_m_ || !in_view(drive[i], p_map_m, radius_m)) continue;
+    view.nearest_m = view.frames == 0 ? far_m : std::min(view.nearest_m, far_m);
+    view.last_arc_m = drive[i].arc_m;
+    ++view.frames;
   }
-  return count;
+  return view;
 }
 
 std::vector<Vec2> Sweep::spots(const std::vector<PathPoint>& drive, std::size_t last, double cell_m) const {

@@ -34,16 +34,26 @@ std::vector<PathPoint> drive_over(const std::vector<Vec2>& waypoints_map_m, doub
 /// Where in the schedule (mission_cfg/schedule.hpp) a fix is begun; every fix of a drive of `frames` frames.
 std::vector<std::size_t> fix_frames(std::size_t frames);
 
+/// Of a spot, over the frames of the window that show it.
+struct SpotView {
+  int frames = 0;
+  double nearest_m = 0.0;   ///< from the rover, and ...
+  double last_arc_m = 0.0;  ///< ... where it was in view last; 0: never
+};
+
 class Sweep {
  public:
   /// `window_m` 0: the tracks' window.
   Sweep(const StereoRig& rig, double max_range_m, const TrackParams& tracks, double window_m = 0.0);
 
-  bool in_view(const PathPoint& at, const Vec2& p_map_m) const;
-  /// In how many frames of the window that ends with frame `last` the spot is in view.
-  int frames_in_view(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m) const;
-  bool in_footprint(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m) const {
-    return frames_in_view(drive, last, p_map_m) >= tracks_.min_sightings;
+  /// With its near rim and those to both sides, where a radius is given.
+  bool in_view(const PathPoint& at, const Vec2& p_map_m, double radius_m = 0.0) const;
+  /// In the window that ends with frame `last`.
+  SpotView view_of(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m,
+                   double radius_m = 0.0) const;
+  bool in_footprint(const std::vector<PathPoint>& drive, std::size_t last, const Vec2& p_map_m,
+                    double radius_m = 0.0) const {
+    return view_of(drive, last, p_map_m, radius_m).frames >= tracks_.min_sightings;
   }
   std::size_t first_of_window(const std::vector<PathPoint>& drive, std::size_t last) const;
   /// Nothing farther than this from the rover is in view.
@@ -52,6 +62,8 @@ class Sweep {
   std::vector<Vec2> spots(const std::vector<PathPoint>& drive, std::size_t last, double cell_m) const;
 
  private:
+  bool in_pictures(const Vec2& p_rover_m) const;
+
   StereoRig rig_;
   Pose3 T_cam_rover_;
   double max_range_m_;

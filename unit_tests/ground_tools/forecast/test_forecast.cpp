@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "forecast/proof.hpp"
+#include "localizer/landmarks.hpp"
 #include "registration/pose_search.hpp"
 #include "support/cmocka.hpp"
 #include "support/noise.hpp"
@@ -78,6 +79,16 @@ void test_what_is_in_view(void**) {
   assert_false(ahead(1.5, half_m - side_m + 0.005));
   assert_true(ahead(1.5, -half_m + side_m + 0.005));
   assert_false(ahead(1.5, -half_m + side_m - 0.005));
+  // Whole: a tenth of a metre of it on each side, and its near rim.
+  const auto whole = [&](double forward_m, double left_m) {
+    return sweep.in_view(at, Vec2(10.0 - left_m, 5.0 + forward_m), 0.1);
+  };
+  assert_true(whole(1.5, 0.0));
+  assert_true(whole(1.5, half_m - side_m - 0.12));
+  assert_false(whole(1.5, half_m - side_m - 0.05));
+  assert_false(whole(1.5, -half_m + side_m + 0.05));
+  assert_false(whole(nearest_m + 0.09, 0.0));
+  assert_true(whole(nearest_m + 0.11, 0.0));
 }
 
 void test_frames_of_the_window(void**) {
@@ -85,9 +96,9 @@ void test_frames_of_the_window(void**) {
   const Sweep sweep(model.rig, model.max_range_m, model.tracks);
   const std::vector<PathPoint> drive = straight(20.0);
   // In view from 0.33 m to 3.0 m ahead: 44 or 45 steps of 0.06 m.
-  const int whole = sweep.frames_in_view(drive, 150, Vec2(drive[150].x_m, 0.0));
+  const int whole = sweep.view_of(drive, 150, Vec2(drive[150].x_m, 0.0)).frames;
   assert_in_range(whole, 44, 45);
-  assert_int_equal(sweep.frames_in_view(drive, 150, Vec2(drive[150].x_m - 4.0, 0.0)), 0);  // left the window
+  assert_int_equal(sweep.view_of(drive, 150, Vec2(drive[150].x_m - 4.0, 0.0)).frames, 0);  // left the window
   assert_int_equal(sweep.first_of_window(drive, 150), 90);
   assert_int_equal(sweep.first_of_window(drive, 24), 0);
   // min_sightings: what comes into view two frames before the end is not in the footprint.
@@ -519,6 +530,41 @@ void test_a_window_of_way(void**) {
   assert_true(sweep.in_footprint(drive, drive.size() - 1, Vec2(standing.x_m - 6.0, 0.0)));
 }
 
+/// A pair with a landmark is what the flight module takes it for: seen once from 2.5 m, then left behind.
+void test_sigma_of_landmarks(void**) {
+  ForecastModel model = mission_model();
+  model.window_m = 60.0;
+  model.footprint_sigma_m = 0.15;
+  model.evidence.sigma_pair_m = 0.1;
+  const std::vector<PathPoint> drive = straight(50.0);
+  const Sweep sweep(model.rig, model.max_range_m, model.tracks, model.window_m);
+  const TableBoulder seen = boulder(10.0, 0.6, 0.9);
+  const SpotView view = sweep.view_of(drive, drive.size() - 1, seen.p_map_m);
+  Relief::Boulders survey;
+  ReliefBoulder b;
+  b.p_site_m = seen.p_map_m;
+  b.diameter_m = 1.0;
+  b.sigma_m = model.footprint_sigma_m;
+  b.way_m = view.last_arc_m;
+  b.range_m = view.nearest_m;
+  survey.append(b);
+  LandmarkParams params;
+  params.window_m = model.window_m;
+  static Landmarks landmarks;
+  landmarks.init(params);
+  landmarks.start(survey, Vec2(view.last_arc_m, 0.0), view.last_arc_m, 12.0, 30.0);
+  WorkBudget all = WorkBudget::unlimited();
+  assert_status(landmarks.step(all), Progress::kDone);
+  for (const std::size_t last : {drive.size() / 4, drive.size() - 1}) {
+    landmarks.build(0.25, drive[last].arc_m, local_map);
+    assert_int_equal(local_map.size(), 1);
+    assert_near(claimed_sigma_m(model, sweep, drive, last, {seen}),
+                std::hypot(0.1, static_cast<double>(local_map[0].sigma_m)), 1e-6);
+  }
+  assert_near(claimed_sigma_m(mission_model(), sweep, drive, 100, {seen}), EvidenceParams{}.sigma_pair_m,
+              0.0);
+}
+
 /// Lengths of landmarks go with the pixel; a window has none of it.
 void test_what_serves_a_map(void**) {
   std::vector<TableBoulder> large = field(-4.0, 30.0, 1.0);
@@ -529,6 +575,7 @@ void test_what_serves_a_map(void**) {
   assert_near(fine.window_m, 0.0, 0.0);
   assert_true((coarse.window_m > 10.0) == cfg::kHaveLandmarks);
   assert_true((coarse.sigma_common_m > 2.0 * fine.sigma_common_m) == cfg::kHaveLandmarks);
+  assert_true((coarse.verdict.ln_threshold < fine.verdict.ln_threshold) == cfg::kHaveLandmarks);
 }
 
 }  // namespace
@@ -556,6 +603,7 @@ int main() {
       cmocka_unit_test(test_ellipses),
       cmocka_unit_test(test_within_a_disc),
       cmocka_unit_test(test_a_window_of_way),
+      cmocka_unit_test(test_sigma_of_landmarks),
       cmocka_unit_test(test_what_serves_a_map),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
