@@ -390,18 +390,15 @@ void VisualOdometry::start_alignment() {
   phase_ = Phase::kAlign;
 }
 
-bool VisualOdometry::align_again() {
-  constexpr int kMostAlignments = 2;
-  if (alignments_ >= kMostAlignments) return false;
-  const Pose3& refined = refine_.result().T_cur_ref;
+bool VisualOdometry::apart(const Pose3& T_a_ref, const Pose3& T_b_ref, double least_px) {
   double sum2 = 0.0;
   int count = 0;
   for (std::size_t i = 0; i < reference().points.size(); ++i) {
     const StereoPoint& point = reference().points[i];
     if (!point.valid) continue;
     const Vec3 p = reference().point_m(rig_, i);
-    const Vec3 a = T_cur_ref_ * p;
-    const Vec3 b = refined * p;
+    const Vec3 a = T_a_ref * p;
+    const Vec3 b = T_b_ref * p;
     if (!(a.z() > kMinDepth) || !(b.z() > kMinDepth)) continue;
     const StereoPixel pa = project(rig_, a);
     const StereoPixel pb = project(rig_, b);
@@ -410,7 +407,13 @@ bool VisualOdometry::align_again() {
     sum2 += du * du + dv * dv;
     ++count;
   }
-  if (sum2 <= kRealignPx * kRealignPx * count) return false;
+  return sum2 > least_px * least_px * count;
+}
+
+bool VisualOdometry::align_again() {
+  constexpr int kMostAlignments = 2;
+  const Pose3& refined = refine_.result().T_cur_ref;
+  if (alignments_ >= kMostAlignments || !apart(T_cur_ref_, refined, kRealignPx)) return false;
   T_cur_ref_ = refined;
   start_alignment();
   return true;
@@ -494,7 +497,10 @@ void VisualOdometry::accept(const MotionResult& motion) {
   T_ref_prev_ = T_ref_cur;
   ++reference_age_;
   const auto share = static_cast<double>(motion.inliers) / static_cast<double>(reference().valid_points);
-  if (reference_age_ >= params_.max_reference_age || share < params_.min_reference_share) renew_reference();
+  // A rover that stands does not drift.
+  const bool old = reference_age_ >= params_.max_reference_age &&
+                   (params_.paper_exact || apart(Pose3(), motion.T_cur_ref, kStill_px));
+  if (old || share < params_.min_reference_share) renew_reference();
   finish(VoStatus::kMotion);
 }
 

@@ -16,7 +16,8 @@
 /// at 10, it would be 0.7 instead of 0.5.
 ///
 /// The reference is an earlier frame, kept while enough of its points are still seen (at most
-/// `max_reference_age` frames): errors then add up once a reference, not once a frame.
+/// `max_reference_age` frames, and longer while all stands still, where patches keep their look): errors then
+/// add up once a reference, not once a frame.
 /// `max_reference_age = 1` is frame to frame, as in the paper; `paper_exact` also leaves out every sub-pixel
 /// step and takes the absolute orientation of the RANSAC inliers.
 #pragma once
@@ -128,10 +129,12 @@ class VisualOdometry {
   void start_alignment();
   /// True where the refined motion moved the predictions so far that patches left out may now be found.
   bool align_again();
+  /// Whether the reference's points lie, in mean squares, more than `least_px` apart after two motions.
+  [[gnu::cold]] bool apart(const Pose3& T_a_ref, const Pose3& T_b_ref, double least_px);
   /// The left half first; false: the point cannot be found there.
   bool align_left(std::size_t i);
   void align_right(std::size_t i);
-  void accept(const MotionResult& motion);
+  [[gnu::cold]] void accept(const MotionResult& motion);
   void finish(VoStatus status);
   void lose(VoStatus status);  ///< the frame becomes the reference, the step is unknown
   void renew_reference();

@@ -180,6 +180,28 @@ void test_standing_still(void**) {
   assert_at_most(quat_log(vo.result().T_prev_cur.q).norm(), 0.001);
 }
 
+/// Each pair has noise of its own. The reference stays: errors do not add up, and it serves the drive on.
+void test_standing_for_long_does_not_drift(void**) {
+  begin();
+  Random random(10);
+  Pose3 T_first_cur;
+  double one2 = 0.0;  // error after a step from the first, on the average
+  constexpr int kStanding = 24;
+  for (int k = 1; k <= kStanding; ++k) {
+    scene.render(kRig, T_world_cam[0], false, 1.5, random, scratch[0]);
+    scene.render(kRig, T_world_cam[0], true, 1.5, random, scratch[1]);
+    assert_status(run(vo, view(scratch[0]), view(scratch[1])), VoStatus::kMotion);
+    assert_false(vo.result().reference_renewed);
+    T_first_cur = T_first_cur * vo.result().T_prev_cur;
+    one2 += T_first_cur.t.squaredNorm() / kStanding;
+  }
+  print_message("standing: %.6f m at the end, %.6f m rms\n", T_first_cur.t.norm(), std::sqrt(one2));
+  assert_at_most(T_first_cur.t.norm(), 5e-5);
+  assert_status(run(1), VoStatus::kMotion);
+  assert_true(vo.result().reference_renewed);
+  assert_good_step(0, 1);
+}
+
 void test_paper_exact_is_less_accurate(void**) {
   VoParams paper;
   paper.paper_exact = true;
@@ -532,6 +554,7 @@ int main() {
       cmocka_unit_test(test_covariance_is_of_the_right_size),
       cmocka_unit_test(test_reference_of_several_frames),
       cmocka_unit_test(test_standing_still),
+      cmocka_unit_test(test_standing_for_long_does_not_drift),
       cmocka_unit_test(test_paper_exact_is_less_accurate),
       cmocka_unit_test(test_bad_images),
       cmocka_unit_test(test_images_without_features),
