@@ -10,6 +10,7 @@ namespace cairn {
 namespace {
 
 constexpr double kBasin = 4.0;       // sigmas between distinct poses
+constexpr double kRoughly = 0.2;     // of sigma_pair: a decoy whose step is less has settled; its S by 0.1
 constexpr double kLookSigmas = 3.5;  // beyond it a look is a miss whatever the density
 
 bool good(const PoseSearchParams& p) {
@@ -116,6 +117,8 @@ SearchStatus PoseSearchJob::survey() {
   miss_ = ln(1.0 - params_.evidence.match_share);
   sizes_.max_ratio = params_.evidence.size_sigma > 0.0 ? exp(3.0 * params_.evidence.size_sigma) : 0.0;
   anywhere_ = flat_prior(prior_.mean, kPi * reach_m_ * reach_m_, 2.0 * reach_rad_);
+  roughly_ = params_.evidence;
+  roughly_.settled = kRoughly;
   Candidate mean;
   mean.pose = prior_.mean;
   mean.middle_m = laid(mean.pose, middle_);
@@ -205,10 +208,10 @@ void PoseSearchJob::gather_firsts(const BoulderQuery& piece) {
   ground_.grid().for_each_near(piece, [this](std::uint16_t index, double) { firsts_.append(index); });
 }
 
-/// Where the second one would lie with the first one laid on firsts_[first_], and how far from
-/// there it may.
+/// Where the second one would lie with the first one laid on firsts_[first_], and how far from there it may:
+/// l long and turned by a, it lies (l - L)^2 + 2 l L (1 - cos a) off, squared.
 BoulderQuery PoseSearchJob::seconds_query() const {
-  const double turn = reach_rad_ < 2.0 ? reach_rad_ : 2.0;
+  const double most = length_m_ + play_m_;
   const GridPoint& m = ground_.grid()[firsts_[first_]];
   const SinCos& r = prior_turn_;
   const double dx = sightings_[j_].x_m - sightings_[i_].x_m;
@@ -216,20 +219,25 @@ BoulderQuery PoseSearchJob::seconds_query() const {
   GridPoint at;
   at.x_m = m.x_m + r.cos * dx - r.sin * dy;
   at.y_m = m.y_m + r.sin * dx + r.cos * dy;
-  return ground_.grid().query(at, turn * length_m_ + play_m_);
+  const double apart2 = play_m_ * play_m_ + 2.0 * most * length_m_ * (1.0 - cos_reach_);
+  return ground_.grid().query(at, std::sqrt(apart2));
 }
 
-/// Those of a length that the pair may have.
+/// Those of a length and direction that the pair may have.
 void PoseSearchJob::gather_seconds(const BoulderQuery& query) {
   const GridPoint& m = ground_.grid()[firsts_[first_]];
   const double least2 = (length_m_ - play_m_) * (length_m_ - play_m_);
   const double most2 = (length_m_ + play_m_) * (length_m_ + play_m_);
+  const Vec2 straight(query.at.x_m - m.x_m, query.at.y_m - m.y_m);  // by the prior's yaw
+  const double turned = cos_reach_ * std::fabs(cos_reach_) * length_m_ * length_m_;
   const BoulderGrid& grid = ground_.grid();
   grid.for_each_near(query, [&](std::uint16_t index, double) {
     const double mx = grid[index].x_m - m.x_m;
     const double my = grid[index].y_m - m.y_m;
     const double l2 = mx * mx + my * my;
     if (l2 < least2 || l2 > most2 || index == firsts_[first_]) return;
+    const double along = mx * straight.x() + my * straight.y();
+    if (along * std::fabs(along) < turned * l2) return;
     if (!seconds_.push_back(index)) ++result_.cut;
   });
 }
@@ -264,7 +272,6 @@ bool PoseSearchJob::hypothesise(std::uint16_t second) {
   h.x_m = 0.5 * (a.x_m + b.x_m) - h.scale * (cos_ * mx - sin_ * my);
   h.y_m = 0.5 * (a.y_m + b.y_m) - h.scale * (sin_ * mx + cos_ * my);
   if (h.x_m * h.x_m + h.y_m * h.y_m > reach_m_ * reach_m_) return false;
-  if (cos_ * prior_turn_.cos + sin_ * prior_turn_.sin < cos_reach_) return false;
   ++result_.hypotheses;
   looking_ = 0;
   current_.score = 0.0;
@@ -349,7 +356,7 @@ void PoseSearchJob::start_refining() {
   const bool in = refining_ < inside_.size();
   const Candidate& c = in ? inside_[refining_] : outside_[refining_ - inside_.size()];
   const EvidenceStatus started =
-      evidence_.start(params_.evidence, ground_, sightings_, in ? prior_ : anywhere_, c.pose);
+      evidence_.start(in ? params_.evidence : roughly_, ground_, sightings_, in ? prior_ : anywhere_, c.pose);
   CAIRN_ASSERT(started == EvidenceStatus::kRunning);
 }
 

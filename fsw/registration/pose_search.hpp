@@ -8,8 +8,8 @@
 ///     sum of max( ln(1-p), ln(p / (2 pi lambda t^2)) - r^2 / (2 t^2) )
 /// with r the distance to the nearest boulder; given up where that falls below `give_up`. The best distinct
 /// ones, inside and outside of the prior's reach, are refined and weighed (EvidenceJob); then judge(). No
-/// luck is needed: a true pair among the pairs looked at is enough, and of 64 pairs of boulders of which
-/// half are true, none is with a probability of some 1e-8.
+/// luck is needed: a true pair among the pairs looked at is enough, and of 32 pairs of boulders of which
+/// half are true, none is with a probability of 1e-4.
 ///
 /// Where the prior's reach holds nothing acceptable, and the ring around it a pose that would have been
 /// accepted there, unique and second_margin better, the verdict is kInconsistentWithPrior, and
@@ -44,9 +44,9 @@ struct PoseSearchParams {
   EvidenceParams evidence;
   VerdictParams verdict;
   double reach_sigmas = 5.0;  ///< [4, 8]
-  int max_pairs = 64;         ///< of local boulders, [1, 4096]
-  double give_up = -8.0;      ///< nats, [-100, 0]
-  double ring = 3.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
+  int max_pairs = 32;         ///< of local boulders, [1, 4096]
+  double give_up = -12.0;     ///< nats, [-100, 0]
+  double ring = 2.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
   double least_ring = 1.5;    ///< [0, 10]
   double scale_sigma = 0.03;  ///< of the map's scale about 1, [0, 0.2]; 0: not looked at
   bool fresh_only = false;    ///< local boulders that counted before are left out
@@ -118,7 +118,7 @@ class PoseSearchJob {
 
  private:
   static constexpr std::size_t kInside = 16;
-  static constexpr std::size_t kOutside = 28;
+  static constexpr std::size_t kOutside = 16;
   static constexpr std::size_t kSeconds = 128;
   enum class Phase : std::uint8_t {
     kGround,
@@ -183,6 +183,7 @@ class PoseSearchJob {
   PosePrior prior_;
   SinCos prior_turn_{0.0, 1.0};  ///< of its yaw
   PosePrior anywhere_;           ///< flat, for decoys
+  EvidenceParams roughly_;       ///< for decoys: what they score is wanted, not where
   LocalMap local_;
   Ground ground_;
   Sightings sightings_;

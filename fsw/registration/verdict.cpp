@@ -54,7 +54,7 @@ double evidence_of_misses(std::size_t count) {
 bool params_are_good(const EvidenceParams& p) {
   return in_range(p.sigma_pair_m, 1.0e-3, 10.0) &&
          (p.size_sigma == 0.0 || in_range(p.size_sigma, 0.02, 3.0)) && in_range(p.scale_sigma, 0.0, 0.2) &&
-         in_range(p.match_share, 0.05, 0.95);
+         in_range(p.match_share, 0.05, 0.95) && in_range(p.settled, 1.0e-4, 1.0);
 }
 
 Sighted sight(const EvidenceParams& params, const Ground& ground, const LocalMap& local, std::size_t index,
@@ -117,6 +117,8 @@ PosePrior flat_prior(const Hypothesis& mean, double area_m2, double sector_rad) 
 
 // ---- one hypothesis ---------------------------------------------------------------------------------------
 
+EvidenceJob::EvidenceJob() = default;
+
 EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& ground,
                                   const Sightings& sightings, const PosePrior& prior,
                                   const Hypothesis& hypothesis) {
@@ -133,12 +135,8 @@ EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& gr
   last_ = settled_ = false;
   share_ = -1;
   begin_look();
-  information_.setZero();
   missing_.setZero();
-  gradient_.setZero();
-  fresh_information_.setZero();
-  fresh_gradient_.setZero();
-  sum_w_ = sum_wr2_ = sum_r2_m2_ = 0.0;
+  begin_pass();
   turn_ = sin_cos(pose_.yaw_rad);
   const bool pose_good = in_range(pose_.x_m, -kFarthest_m, kFarthest_m) &&
                          in_range(pose_.y_m, -kFarthest_m, kFarthest_m) &&
@@ -149,12 +147,14 @@ EvidenceStatus EvidenceJob::start(const EvidenceParams& params, const Ground& gr
   return status_;
 }
 
+void EvidenceJob::begin_pass() {
+  for (Pairs& pairs : pairs_) pairs = Pairs();
+  sum_w_ = sum_wr2_ = sum_r2_m2_ = 0.0;
+}
+
 void EvidenceJob::begin_look() {
   seen_ = 0;
-  density_ = best_ = 0.0;
-  best_map_ = kNone;
-  pull_.setZero();
-  outer_.setZero();
+  near_ = Near();
 }
 
 BoulderQuery EvidenceJob::query(const Sighting& s) const {
@@ -168,11 +168,7 @@ BoulderQuery EvidenceJob::query(const Sighting& s) const {
 void EvidenceJob::look(const Sighting& s, const BoulderQuery& query) {
   const double variance = s.sigma_m * s.sigma_m * inflation_ * inflation_;
   const double peak = 1.0 / (2.0 * kPi * variance);
-  double density = density_;
-  double best = best_;
-  std::uint16_t best_map = best_map_;
-  Vec2 pull = pull_;
-  Mat2 outer = outer_;
+  Near near = near_;
   const BoulderGrid& grid = ground_->grid();
   grid.for_each_near(query, [&](std::uint16_t index, double r2) {
     double part = peak * exp(-0.5 * r2 / variance);
@@ -183,58 +179,79 @@ void EvidenceJob::look(const Sighting& s, const BoulderQuery& query) {
       const double agree = exp(-0.5 * (u * u + kLn2Pi)) / params_.size_sigma;
       part *= kSizeOutliers + (1.0 - kSizeOutliers) * agree / s.size_density;
     }
-    density += part;
-    if (part > best) {
-      best = part;
-      best_map = index;
+    near.density += part;
+    if (part > near.best) {
+      near.best = part;
+      near.best_map = index;
     }
-    const Vec2 u(m.x_m - query.at.x_m, m.y_m - query.at.y_m);
-    pull += part * u;
-    outer += part * (u * u.transpose());
+    const double ux = m.x_m - query.at.x_m;
+    const double uy = m.y_m - query.at.y_m;
+    near.x += part * ux;
+    near.y += part * uy;
+    near.xx += part * ux * ux;
+    near.xy += part * ux * uy;
+    near.yy += part * uy * uy;
   });
-  density_ = density;
-  best_ = best;
-  best_map_ = best_map;
-  pull_ = pull;
-  outer_ = outer;
+  near_ = near;
 }
 
 /// All of them were seen.
 void EvidenceJob::looked(const Sighting& s, const BoulderQuery& query) {
-  const double density = density_;
-  const Vec2 pull = pull_;
-  const Mat2 outer = outer_;
-  const double null = ground_->density(query.at.x_m, query.at.y_m);
-  if (last_) say_[cursor_] = {density / null, best_map_};
+  const double density = near_.density;
+  const bool nothing = density <= 0.0;
+  if (!nothing || last_) {
+    const double null = ground_->density(query.at.x_m, query.at.y_m);
+    if (last_) say_[cursor_] = {density / null, near_.best_map};
+    const double all = (1.0 - params_.match_share) * null + params_.match_share * density;
+    if (!nothing) add(s, Vec2(query.at.x_m - pose_.x_m, query.at.y_m - pose_.y_m), params_.match_share / all);
+  }
   begin_look();
-  if (density <= 0.0) return;
-  const double all = (1.0 - params_.match_share) * null + params_.match_share * density;
-  const double to_weight = params_.match_share / all;
-  add(s, Vec2(query.at.x_m - pose_.x_m, query.at.y_m - pose_.y_m), Vec2(pull * to_weight),
-      Mat2(outer * to_weight), density * to_weight);
 }
 
-void EvidenceJob::add(const Sighting& s, const Vec2& d, const Vec2& pull, const Mat2& outer, double weight) {
+/// With J = [1 0 -d_y d_x/scale; 0 1 d_x d_y/scale], by what a local boulder at d moves with the pose.
+void EvidenceJob::add(const Sighting& s, const Vec2& d, double to_weight) {
   const double info = 1.0 / (s.sigma_m * s.sigma_m * inflation_ * inflation_);
-  Eigen::Matrix<double, 2, 4> J;
-  J << 1.0, 0.0, -d.y(), d.x() / pose_.scale,  //
-      0.0, 1.0, d.x(), d.y() / pose_.scale;
-  const Mat4 complete = (weight * info) * (J.transpose() * J);
-  const Mat4 missing = (info * info) * (J.transpose() * (outer - pull * pull.transpose()) * J);
-  const Vec4 gradient = info * (J.transpose() * pull);
-  information_ += complete;
-  missing_ += missing;
-  gradient_ += gradient;
-  if (last_ && weight > 0.5) {
-    result_.on_map[cursor_ / 32] |= 1U << (cursor_ % 32);
-    if (s.fresh) {
-      fresh_information_ += complete;
-      fresh_gradient_ += gradient;
-    }
-  }
+  const double weight = near_.density * to_weight;
+  const double x = near_.x * to_weight;
+  const double y = near_.y * to_weight;
+  const double r2 = (near_.xx + near_.yy) * to_weight;
   sum_w_ += weight;
-  sum_wr2_ += info * outer.trace();
-  sum_r2_m2_ += outer.trace();
+  sum_wr2_ += info * r2;
+  sum_r2_m2_ += r2;
+  const bool on_map = last_ && weight > 0.5;
+  if (on_map) result_.on_map[cursor_ / 32] |= 1U << (cursor_ % 32);
+  for (int k = kAll; k <= (on_map && s.fresh ? kFresh : kAll); ++k) {
+    Pairs& pairs = pairs_[k];
+    pairs.weight += weight * info;
+    pairs.x += weight * info * d.x();
+    pairs.y += weight * info * d.y();
+    pairs.d2 += weight * info * d.squaredNorm();
+    pairs.pull[0] += info * x;
+    pairs.pull[1] += info * y;
+    pairs.pull[2] += info * (d.x() * y - d.y() * x);
+    pairs.pull[3] += info * (d.x() * x + d.y() * y) * per_scale();
+  }
+  if (!last_) return;
+  const double xx = info * info * (near_.xx * to_weight - x * x);
+  const double xy = info * info * (near_.xy * to_weight - x * y);
+  const double yy = info * info * (near_.yy * to_weight - y * y);
+  const Vec2 J[4] = {{1.0, 0.0}, {0.0, 1.0}, {-d.y(), d.x()}, d * per_scale()};
+  for (int c = 0; c < 4; ++c) {
+    const Vec2 column(xx * J[c].x() + xy * J[c].y(), xy * J[c].x() + yy * J[c].y());
+    for (int r = 0; r < 4; ++r) missing_(r, c) += J[r].dot(column);
+  }
+}
+
+/// J^T J, summed.
+Mat4 EvidenceJob::information(const Pairs& pairs) const {
+  const double x = pairs.x * per_scale();
+  const double y = pairs.y * per_scale();
+  Mat4 info;
+  info << pairs.weight, 0.0, -pairs.y, x,  //
+      0.0, pairs.weight, pairs.x, y,       //
+      -pairs.y, pairs.x, pairs.d2, 0.0,    //
+      x, y, 0.0, pairs.d2 * per_scale() * per_scale();
+  return info;
 }
 
 /// The scale is a fourth unknown with a prior of its own, or fixed: then its row is the identity's.
@@ -254,23 +271,17 @@ Vec4 EvidenceJob::from_prior() const {
 void EvidenceJob::end_pass() {
   cursor_ = 0;
   ++result_.iterations;
-  if (params_.scale_sigma == 0.0) {
-    for (Mat4* m : {&information_, &missing_}) {
-      m->row(3).setZero();
-      m->col(3).setZero();
-    }
-    gradient_(3) = 0.0;
-  }
   if (last_) {
     assign();
     share_ = 0;
     return;
   }
   const Mat4 prior = prior_information();
-  const Factors factors(Mat4(information_ + prior));
+  const Factors factors(Mat4(information(pairs_[kAll]) + prior));
   const bool positive = sum_w_ > 1.0e-3 && factors.positive();
-  const Vec4 step = positive ? factors.solve(gradient_ - prior * from_prior()) : Vec4(Vec4::Zero());
-  const double lever_m = sum_w_ > 0.0 ? std::sqrt(information_(2, 2) / (information_(0, 0) + 1.0e-300)) : 1.0;
+  const Vec4 step =
+      positive ? factors.solve(Vec4(pairs_[kAll].pull) - prior * from_prior()) : Vec4(Vec4::Zero());
+  const double lever_m = sum_w_ > 0.0 ? std::sqrt(pairs_[kAll].d2 / (pairs_[kAll].weight + 1.0e-300)) : 1.0;
   const double moved =
       std::fabs(step(0)) + std::fabs(step(1)) + lever_m * (std::fabs(step(2)) + std::fabs(step(3)));
   if (!positive || !(moved < 1.0e3)) {
@@ -286,13 +297,10 @@ void EvidenceJob::end_pass() {
     return;
   }
   turn_ = sin_cos(pose_.yaw_rad);
-  settled_ = inflation_ == 1.0 && moved < 0.01 * params_.sigma_pair_m;
+  settled_ = inflation_ == 1.0 && moved < params_.settled * params_.sigma_pair_m;
   last_ = settled_ || result_.iterations + 1 >= kMaxIterations;
   inflation_ = last_ || result_.iterations >= 2 ? 1.0 : 1.4;
-  information_.setZero();
-  missing_.setZero();
-  gradient_.setZero();
-  sum_w_ = sum_wr2_ = sum_r2_m2_ = 0.0;
+  begin_pass();
 }
 
 /// Each map boulder counts once, for the local boulder that leans on it most.
@@ -352,12 +360,13 @@ void EvidenceJob::weigh() {
   r.matched = sum_w_;
   r.rms_m = sum_w_ > 0.0 ? std::sqrt(sum_r2_m2_ / sum_w_) : 0.0;
   // Observed information; where the matches are too uncertain for it to be positive, half of the complete.
-  Mat4 seen = information_ - missing_;
+  const Mat4 complete = information(pairs_[kAll]);
+  Mat4 seen = complete - missing_;
   double log_det_fix = 0.0;
   Mat4 known = Mat4::Zero();  // keeps a fixed scale's row regular
   if (params_.scale_sigma == 0.0) known(3, 3) = 1.0;
   double log_det_seen = 0.0;
-  if (!log_det(Factors(Mat4(seen + known)), log_det_seen)) seen = 0.5 * information_;
+  if (!log_det(Factors(Mat4(seen + known)), log_det_seen)) seen = 0.5 * complete;
   if (!log_det(Factors(Mat4(seen + prior)), log_det_fix)) {
     status_ = EvidenceStatus::kDiverged;
     return;
@@ -380,8 +389,8 @@ void EvidenceJob::weigh() {
 
 /// The scale is left to all of them.
 void EvidenceJob::tell_fresh(double factor) {
-  result_.fresh_information = fresh_information_.topLeftCorner<3, 3>() / factor;
-  result_.fresh_pull = fresh_gradient_.head<3>() / factor;
+  result_.fresh_information = information(pairs_[kFresh]).topLeftCorner<3, 3>() / factor;
+  result_.fresh_pull = Vec3(pairs_[kFresh].pull) / factor;
 }
 
 Progress EvidenceJob::step(WorkBudget& budget) {

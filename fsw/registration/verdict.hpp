@@ -88,6 +88,7 @@ struct EvidenceParams {
   double size_sigma = 0.0;   ///< of ln(diameter seen / diameter in the map), [0.02, 3]; 0 = not looked at
   double scale_sigma = 0.0;  ///< of the map's scale about 1, [0, 0.2]; 0 = the scale is known
   double match_share = 0.5;  ///< p of search and refinement, [0.05, 0.95]
+  double settled = 0.01;     ///< step in sigma_pair that ends the refinement, [1e-4, 1]
 };
 bool params_are_good(const EvidenceParams& params);
 
@@ -163,6 +164,7 @@ class EvidenceJob {
   }
   static constexpr std::uint32_t look_ops(std::uint32_t query) { return 60U + 3U * query; }
 
+  EvidenceJob();  ///< not inline: it is large, and two jobs hold one
   EvidenceStatus start(const EvidenceParams& params, const Ground& ground, const Sightings& sightings,
                        const PosePrior& prior, const Hypothesis& hypothesis);
   Progress step(WorkBudget& budget);  ///< the same bits for every slicing
@@ -176,12 +178,30 @@ class EvidenceJob {
     double ratio = 0.0;  ///< density at it over the null's
     std::uint16_t map = kNone;
   };
+  /// Of the boulder under way: sums over the map boulders near it, at u from it.
+  struct Near {
+    double density = 0.0;
+    double best = 0.0;  ///< the largest part of the density, and whose it is
+    std::uint16_t best_map = kNone;
+    double x = 0.0, y = 0.0;              ///< density times u
+    double xx = 0.0, xy = 0.0, yy = 0.0;  ///< and times u u^T
+  };
+  /// What pairs say together, each by its inverse variance, with d as seen from the pivot in axes of map.
+  struct Pairs {
+    double weight = 0.0;
+    double x = 0.0, y = 0.0;  ///< weight times d
+    double d2 = 0.0;          ///< and times d^2
+    double pull[4] = {};      ///< gradient: x, y, yaw, scale
+  };
 
   BoulderQuery query(const Sighting& s) const;
+  void begin_pass();
   void begin_look();
   void look(const Sighting& s, const BoulderQuery& piece);
   void looked(const Sighting& s, const BoulderQuery& query);
-  void add(const Sighting& s, const Vec2& d, const Vec2& pull, const Mat2& outer, double weight);
+  void add(const Sighting& s, const Vec2& d, double to_weight);
+  double per_scale() const { return params_.scale_sigma > 0.0 ? 1.0 / pose_.scale : 0.0; }
+  Mat4 information(const Pairs& pairs) const;
   void tell_fresh(double factor);
   void end_pass();
   Mat4 prior_information() const;
@@ -204,21 +224,14 @@ class EvidenceJob {
   double before_[4] = {};  ///< the same, of those that are not in view
   Hypothesis pose_;
   SinCos turn_ = {0.0, 1.0};
-  Mat4 information_ = Mat4::Zero();  ///< of the pairs, complete: weights as they are
-  Mat4 missing_ = Mat4::Zero();      ///< what the uncertainty of the matches takes of it
-  Vec4 gradient_ = Vec4::Zero();
-  Mat4 fresh_information_ = Mat4::Zero();  ///< the same of the fresh ones, less what is missing; last pass
-  Vec4 fresh_gradient_ = Vec4::Zero();
+  enum : int { kAll, kFresh };
+  Pairs pairs_[2];               ///< all of them, and the fresh ones of the last pass that are on the map
+  Mat4 missing_ = Mat4::Zero();  ///< what the uncertainty of the matches takes of the information; last pass
   double sum_w_ = 0.0;
   double sum_wr2_ = 0.0;  ///< over sigma^2
   double sum_r2_m2_ = 0.0;
-  // Of the boulder under way: sums over the map boulders near, density times what is to be moved, its square.
-  std::uint32_t seen_ = 0;
-  double density_ = 0.0;
-  double best_ = 0.0;
-  std::uint16_t best_map_ = kNone;
-  Vec2 pull_ = Vec2::Zero();
-  Mat2 outer_ = Mat2::Zero();
+  std::uint32_t seen_ = 0;  ///< of the map boulders near the one under way
+  Near near_;
   Say say_[cfg::kMaxLocalBoulders] = {};
   std::uint16_t best_of_[cfg::kMaxLocalBoulders] = {};  ///< of a cluster, by its lowest index
   double echo_ = 1.0;                                   ///< what the others of a cluster count

@@ -405,6 +405,32 @@ void test_nothing_near_diverges(void**) {
   assert_status(job.status(), EvidenceStatus::kDiverged);
 }
 
+/// A refinement that ends at longer steps takes fewer passes, and scores a wrong pose nearly the same.
+void test_roughly_settled(void**) {
+  Random random(23);
+  EvidenceParams params;
+  params.sigma_pair_m = 0.05;
+  EvidenceParams roughly = params;
+  roughly.settled = 0.2;
+  int near = 0;
+  int passes = 0;
+  int passes_roughly = 0;
+  constexpr int kTrials = 60;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    lay(random, 2.0, 8, 6, 0.045);
+    const Hypothesis wrong = {uniform(random, 0.5, 1.0), uniform(random, 0.5, 1.0), kYaw, 1.0};
+    const PosePrior anywhere = flat_prior(wrong, 10.0, 0.2);
+    weigh(params, anywhere, wrong);
+    const Evidence exact = job.result();
+    weigh(roughly, anywhere, wrong);
+    passes += exact.iterations;
+    passes_roughly += job.result().iterations;
+    if (std::fabs(job.result().S - exact.S) < 0.2) ++near;
+  }
+  assert_true(near >= kTrials * 9 / 10);
+  assert_true(10 * passes_roughly < 9 * passes);
+}
+
 void test_bad_input(void**) {
   Random random(10);
   lay(random, 1.0, 5, 5, 0.0);
@@ -424,6 +450,9 @@ void test_bad_input(void**) {
     assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kBadInput);
     params = EvidenceParams();
     params.match_share = bad;
+    assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kBadInput);
+    params = EvidenceParams();
+    params.settled = bad;
     assert_status(job.start(params, ground, seen, prior, kTruth), EvidenceStatus::kBadInput);
     params = EvidenceParams();
     params.scale_sigma = 0.03;
@@ -739,6 +768,7 @@ int main() {
       cmocka_unit_test(test_innovation_is_of_the_fix_alone),
       cmocka_unit_test(test_sizes_mistaken),
       cmocka_unit_test(test_nothing_near_diverges),
+      cmocka_unit_test(test_roughly_settled),
       cmocka_unit_test(test_bad_input),
       cmocka_unit_test(test_slices_give_the_same),
       cmocka_unit_test(test_density_is_local),

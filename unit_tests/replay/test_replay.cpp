@@ -15,7 +15,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0xE635342CU, 0, 0};
-constexpr Golden kWhole = {35, 0xAD8EE232U, 0x6B4F2455U, 0x9C77A5F2U};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x31268AADU, 0x2B963DA5U, 0x5D01298DU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
