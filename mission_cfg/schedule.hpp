@@ -41,10 +41,11 @@ static_assert(static_cast<std::size_t>(Task::kFixApply) + 1 == kTaskCount, "a we
 /// frame all the same. 13 cycles of the RAD750 an operation against 2.7.
 inline constexpr std::uint32_t kRawPairWeight = 5;
 
-/// Work on images grows with them. The longest frames met: VO 325 a pixel, where steps of half a metre are
-/// searched for; boulders 156, in noise.
-inline constexpr std::uint32_t kVoOps = 400 * static_cast<std::uint32_t>(kImagePixels);
-inline constexpr std::uint32_t kBoulderOps = 200 * static_cast<std::uint32_t>(kImagePixels);
+/// Work on images grows with them. The longest frames met, operations a pixel: VO 246, on texture of a pixel;
+/// boulders 86, in noise, and with landmarks, which are looked for farther off, 195.
+inline constexpr std::uint32_t kVoOps = 300 * static_cast<std::uint32_t>(kImagePixels);
+inline constexpr std::uint32_t kBoulderOps =
+    (kHaveLandmarks ? 200 : 110) * static_cast<std::uint32_t>(kImagePixels);
 
 /// Merges the tracks of a full local map twice over, each against all: by the square of their number. With
 /// less no fix ever begins where boulders are many.
