@@ -9,9 +9,10 @@ namespace {
 
 constexpr double kRealignPx = 0.75;  // mean square shift of the predictions that asks for another alignment
 constexpr double kMinDepth = 0.05;
-constexpr double kStill_px = 0.5;   // between two pictures, of a point that does not move
-constexpr double kMoves_px = 3.0;   // of one that the motion moves
-constexpr int kMostElapsed = 1000;  // frames; over more than that no reference lasts
+constexpr float kRounded = 1024.0F;  // half a grey level, as PatchTemplate::variance has it
+constexpr double kStill_px = 0.5;    // between two pictures, of a point that does not move
+constexpr double kMoves_px = 3.0;    // of one that the motion moves
+constexpr int kMostElapsed = 1000;   // frames; over more than that no reference lasts
 // Difference of Gaussians (image/gaussian.hpp) of white noise of 1, and how much more than that deviation the
 // strongest extrema of each cell have on the average.
 constexpr double kNoiseResponse = 0.112;
@@ -456,6 +457,14 @@ bool VisualOdometry::align_left(std::size_t i) {
   return aligned_.left.status == AlignStatus::kAligned;
 }
 
+/// What of the patch looks otherwise now, a rock's side above all, has moved otherwise: the more of it, the
+/// less the point says. By its root: in proportion, few points would outweigh all others, and a rig that is
+/// not quite what its calibration says would pull the more.
+float VisualOdometry::weight_of(float correlation) const {
+  const float unlike = std::fabs(1.0F - correlation * correlation) * aligned_.patch.variance;
+  return static_cast<float>(1.0 / std::sqrt(static_cast<double>(kRounded + unlike)));
+}
+
 void VisualOdometry::align_right(std::size_t i) {
   const Alignment& l = aligned_.left;
   const ImageOffset& offset = rectification().offset();
@@ -469,6 +478,7 @@ void VisualOdometry::align_right(std::size_t i) {
   pair.d_ref_px = reference().points[i].d_px;
   pair.seen = sampson_correct(rectification().correct({l.u, l.v, r.u, r.v}));
   pair.source = static_cast<std::uint16_t>(i);
+  pair.weight = weight_of(l.correlation < r.correlation ? l.correlation : r.correlation);
   if (!(pair.seen.disparity_px() > 0.5)) return;
   pairs_.append(pair);
 }

@@ -134,6 +134,7 @@ class VisualOdometry {
   /// The left half first; false: the point cannot be found there.
   bool align_left(std::size_t i);
   void align_right(std::size_t i);
+  float weight_of(float correlation) const;  ///< of the point under way
   [[gnu::cold]] void accept(const MotionResult& motion);
   void finish(VoStatus status);
   void lose(VoStatus status);  ///< the frame becomes the reference, the step is unknown

@@ -16,7 +16,8 @@ bool usable(const MotionPairs& pairs) {
     const bool finite = std::isfinite(p.p_ref_m.squaredNorm()) && std::isfinite(p.seen.u_left) &&
                         std::isfinite(p.seen.v_left) && std::isfinite(p.seen.u_right) &&
                         std::isfinite(p.d_ref_px);
-    if (!finite || !(p.p_ref_m.z() > kMinDepth) || !(p.d_ref_px > 0.0) || !(p.seen.disparity_px() > 0.0))
+    if (!finite || !(p.p_ref_m.z() > kMinDepth) || !(p.d_ref_px > 0.0) || !(p.seen.disparity_px() > 0.0) ||
+        !(p.weight > 0.0F))
       return false;
   }
   return true;
@@ -55,7 +56,8 @@ constexpr double kVarD = 1.5;
 struct Motion {
   Mat3 R;
   Vec3 t;
-  explicit Motion(const Pose3& T) : R(T.q.toRotationMatrix()), t(T.t) {}
+  double unit;  // of the pairs' weights
+  Motion(const Pose3& T, double weight_unit) : R(T.q.toRotationMatrix()), t(T.t), unit(weight_unit) {}
 };
 
 /// Residual of one pair at a motion, and the information it holds: diag(1 / kVar) - k aj aj^T, the inverse of
@@ -67,7 +69,8 @@ struct Residual {
   double hu, hv, hux, hvy, hd;  // prediction by point: (hu, 0, hux), (0, hv, hvy), (0, 0, hd)
   double aj_u, aj_v, aj_d, k;
   double aj_r;     // aj^T r
-  double squared;  // r^T information r, in units of sigma^2
+  double weight;   // of the pair
+  double squared;  // r^T information r times weight, in units of sigma^2
 };
 
 /// False where the point lies behind the camera.
@@ -103,8 +106,9 @@ bool residual_of(const StereoRig& rig, const MotionPair& pair, const Motion& m, 
   o.aj_d = jd * (1.0 / kVarD);
   o.k = kVarD / (1.0 + kVarD * (ju * o.aj_u + jv * o.aj_v + jd * o.aj_d));
   o.aj_r = o.aj_u * o.u + o.aj_v * o.v + o.aj_d * o.d;
-  o.squared = o.u * o.u * (1.0 / kVarU) + o.v * o.v * (1.0 / kVarV) + o.d * o.d * (1.0 / kVarD) -
-              o.k * o.aj_r * o.aj_r;
+  o.weight = m.unit * static_cast<double>(pair.weight);
+  o.squared = o.weight * (o.u * o.u * (1.0 / kVarU) + o.v * o.v * (1.0 / kVarV) + o.d * o.d * (1.0 / kVarD) -
+                          o.k * o.aj_r * o.aj_r);
   return true;
 }
 
@@ -288,6 +292,9 @@ MotionStatus RefineMotionJob::start(const MotionParams& params, const StereoRig&
   pairs_ = &pairs;
   T_cur_ref_ = T_cur_ref;
   of_rig_ = of_rig;
+  double sum = 0.0;
+  for (const MotionPair& pair : pairs) sum += static_cast<double>(pair.weight);
+  unit_ = static_cast<double>(pairs.size()) / sum;
   iteration_ = 0;
   begin_pass(Pass::kScale);
   return status_;
@@ -353,7 +360,7 @@ void RefineMotionJob::end_pass() {
 
 void RefineMotionJob::measure(std::size_t end) {
   constexpr int kLast = Histogram::kBins - 1;
-  const Motion motion(T_cur_ref_);
+  const Motion motion(T_cur_ref_, unit_);
   for (std::size_t i = cursor_; i < end; ++i) {
     Residual o;
     if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
@@ -378,11 +385,11 @@ double RefineMotionJob::residual_scale() const {
 void RefineMotionJob::accumulate_pairs(std::size_t end) {
   const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
-  const Motion motion(T_cur_ref_);
+  const Motion motion(T_cur_ref_, unit_);
   for (std::size_t i = cursor_; i < end; ++i) {
     Residual o;
     if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
-    accumulate(o, 1.0 / (s2 + o.squared / c2), information_, gradient_);
+    accumulate(o, o.weight / (s2 + o.squared / c2), information_, gradient_);
   }
 }
 
@@ -411,7 +418,7 @@ bool RefineMotionJob::move() {
 void RefineMotionJob::judge(std::size_t end) {
   const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
-  const Motion motion(T_cur_ref_);
+  const Motion motion(T_cur_ref_, unit_);
   for (std::size_t i = cursor_; i < end; ++i) {
     inlier_[i] = false;
     Residual o;
@@ -445,11 +452,11 @@ MotionStatus RefineMotionJob::finish() {
 void RefineMotionJob::ask_of_rig(std::size_t end) {
   const double s2 = sigma_px_ * sigma_px_;
   const double c2 = params_.cauchy * params_.cauchy;
-  const Motion motion(T_cur_ref_);
+  const Motion motion(T_cur_ref_, unit_);
   for (std::size_t i = cursor_; i < end; ++i) {
     Residual o;
     if (!residual_of(rig_, (*pairs_)[i], motion, o)) continue;
-    const double weight = 1.0 / (s2 + o.squared / c2);
+    const double weight = o.weight / (s2 + o.squared / c2);
     const Jacobian J(o);
     const Shift columns{o.aj_u * kVarU, o.aj_v * kVarV, o.aj_d * kVarD - 1.0};
     const Shift lens = lens_shift(rig_, (*pairs_)[i], motion, o);

@@ -26,6 +26,7 @@ struct MotionPair {
   double d_ref_px = 0.0;     ///< disparity in the reference frame, > 0
   StereoPixel seen;          ///< in the current frame, on its epipolar line, disparity > 0
   std::uint16_t source = 0;  ///< the caller's index
+  float weight = 1.0F;       ///< information against the other pairs', > 0; any unit
 };
 using MotionPairs = FixedVector<MotionPair, cfg::kMaxFeatures>;
 
@@ -177,6 +178,7 @@ class RefineMotionJob {
   std::size_t cursor_ = 0;
   Histogram histogram_;
   double sigma_px_ = 0.0;
+  double unit_ = 1.0;   ///< of the weights: their mean is one in it
   double scale_ = 0.0;  ///< of the covariance, by what the residuals really were
   Pose3 T_cur_ref_;
   Mat6 information_ = Mat6::Zero();

@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0xE635342CU, 0, 0};
-constexpr Golden kWhole = {35, 0x31268AADU, 0x2B963DA5U, 0x5D01298DU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x801E1EDCU, 0, 0};
+constexpr Golden kWhole = {35, 0xEF6C21E6U, 0xDEF46E6FU, 0x6AAF7A99U};  // with the fix of frame 30
 
 tape::Telemetry t;
 

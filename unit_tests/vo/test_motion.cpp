@@ -197,6 +197,34 @@ void test_refined_beats_absolute_orientation(void**) {
   assert_true(refined < 0.5 * orientation);
 }
 
+/// Every other pair is five times as far off, and told to be; in any unit.
+void test_pairs_count_by_their_weights(void**) {
+  Random random(35);
+  double equal = 0.0;
+  double weighed = 0.0;
+  for (int draw = 0; draw < 30; ++draw) {
+    fill_pairs(200, 0.1, random);
+    const MotionPairs good = pairs;
+    fill_pairs(200, 0.5, random);
+    for (std::size_t i = 0; i < pairs.size(); i += 2) pairs[i] = good[i];
+    const auto refined = [] {
+      assert_status(refine.start({}, kRig, pairs, kTruth), MotionStatus::kRunning);
+      assert_true(test::run_whole(refine));
+      assert_status(refine.status(), MotionStatus::kEstimated);
+      return refine.result().T_cur_ref;
+    };
+    equal += error_of(refined()).squaredNorm();
+    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].weight = i % 2 == 0 ? 1.0F : 0.04F;
+    const Pose3 estimated = refined();
+    weighed += error_of(estimated).squaredNorm();
+    for (MotionPair& pair : pairs) pair.weight /= 1024.0F;
+    assert_true(error_of(refined(), estimated).norm() < 1.0e-12);
+  }
+  print_message("rms error: of equal weights %.5f, as told %.5f\n", std::sqrt(equal / 30),
+                std::sqrt(weighed / 30));
+  assert_true(weighed < 0.8 * equal);
+}
+
 /// All disparities of both frames are short by so much: motions tell by how much, to first order.
 void test_columns_are_told(void**) {
   for (const double short_px : {0.0, 0.3, -0.3}) {
@@ -287,6 +315,11 @@ void test_bad_input(void**) {
   assert_false(refused({}, kRig));
   const double inf = std::numeric_limits<double>::infinity();
   const MotionPair good = pairs[7];
+  for (const float weight : {0.0F, -1.0F, NAN}) {
+    pairs[7].weight = weight;
+    assert_status(refine.start({}, kRig, pairs, Pose3()), MotionStatus::kBadInput);
+  }
+  pairs[7] = good;
   const auto pair_refused = [&] {
     const bool no = refused({}, kRig);
     pairs[7] = good;
@@ -582,6 +615,7 @@ int main() {
       cmocka_unit_test(test_inliers_are_judged_in_both_images),
       cmocka_unit_test(test_covariance_against_monte_carlo),
       cmocka_unit_test(test_refined_beats_absolute_orientation),
+      cmocka_unit_test(test_pairs_count_by_their_weights),
       cmocka_unit_test(test_columns_are_told),
       cmocka_unit_test(test_a_lens_is_told),
       cmocka_unit_test(test_a_wall_tells_nothing_of_columns),
