@@ -6,7 +6,8 @@
 /// squared Mahalanobis residuals
 ///   r = (u, v, d)_measured - project(T p_ref),   cov(r) = sigma^2 (I' + j j^T),   j = d(project) / d(d_ref)
 /// where the j term is the uncertainty of the reference point's own disparity, which matters as much as the
-/// measurement. Cauchy weights; Gauss-Newton on a left perturbation of T_cur_ref.
+/// measurement. Cauchy weights times the pairs' own, brought to a mean of one; Gauss-Newton on a left
+/// perturbation of T_cur_ref.
 #pragma once
 
 #include <cstdint>
