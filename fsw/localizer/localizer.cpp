@@ -50,6 +50,7 @@ constexpr double kRefuted = 6.9;   // nats against the pose: odds of 1000 to 1
 constexpr double kSlide = 2.0;     // longest steps of VO: sigma of a slide
 constexpr double kWorthIt = 1.0;   // nats for a pose that is carried along
 constexpr std::size_t kFresh = 4;  // boulders that make a window
+constexpr double kUnproven = 2.0;  // sigma of a move without a proof, in such moves: rates turned, too
 constexpr double kProved = 13.0;   // odds, as their logarithm: the most that a verdict takes
 
 /// What a fix says of the pose. Evidence that was not to be expected tells nothing by its absence.
@@ -796,6 +797,9 @@ FixStatus Localizer::take_map_fix() {
                                      : fusion_.update(told, fresh);
     fix_.chi2 = r.chi2;
     if (r.status == FusionStatus::kFused) {
+      if (fresh_alone && result.fresh_unproven)
+        fusion_.doubt(kUnproven * r.at_snapshot.translation().norm(),
+                      kUnproven * std::fabs(r.at_snapshot.yaw_rad));
       turn_about(fix_pivot_map_m_, r.at_snapshot);
       turn_about(planar(T_map_rover()).translation(), r.since);
       applied_created_ = fix_created_;

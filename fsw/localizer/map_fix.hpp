@@ -19,6 +19,12 @@
 /// the prior's mean,
 ///   information J = C^-1 - P^-1,  offset = off + J^-1 P^-1 off.
 ///
+/// Fresh ones, which no fix before was made of, may be few beside those that prove the fix, and clutter.
+/// Their own proof is the log likelihood ratio of 'they are on the map' against 'they are unrelated', with F
+/// and off' their information and offset, the room that the prior left them paid for:
+///   fresh_log + gain of their best over the fix's pose - 1/2 off'^T (P + F^-1)^-1 off' - 1/2 ln det(1 + P F)
+/// Below zero, and where there are others, they are `fresh_unproven`.
+///
 /// Cost. Reading: 25 operations a boulder of the tiles that the window touches; then that of the parts.
 #pragma once
 
@@ -76,9 +82,10 @@ struct MapFixResult {
   Mat3 covariance = Mat3::Zero();     ///< of it, without the prior
   Vec3 fresh_offset = Vec3(0.0, 0.0, 0.0);  ///< what its fresh boulders alone say; found widely, all of them
   Mat3 fresh_covariance = Mat3::Zero();
-  double far_m = 0.0;        ///< mean distance from the pivot of the boulders an accepted one was made of
-  double scale = 1.0;        ///< lengths of the map over those of the local map
-  double scale_sigma = 0.0;  ///< 0: not looked for
+  bool fresh_unproven = false;  ///< others prove the fix; what the fresh ones say may well be chance
+  double far_m = 0.0;           ///< mean distance from the pivot of the boulders an accepted one was made of
+  double scale = 1.0;           ///< lengths of the map over those of the local map
+  double scale_sigma = 0.0;     ///< 0: not looked for
   double rms_m = 0.0;
   double pairs = 0.0;  ///< expected number of true ones
   std::uint32_t hypotheses = 0;
@@ -124,6 +131,7 @@ class MapFix {
   void take_search();
   void take_relocation();
   void tell_fresh(const Evidence& best, const Vec3& offset);
+  bool fresh_may_be_chance(const Evidence& best, const Mat3& fresh_information) const;
   void mark_used(const Evidence& best, const Sightings& sightings);
   bool expects_proof(std::size_t boulders, double density) const;
   void judged(const Verdict& verdict, const Vec3& offset, const Mat3& with_prior,

@@ -336,15 +336,18 @@ void EvidenceJob::multiply(std::size_t end) {
   const double p = kShares[share_];
   double sum = cursor_ == 0 ? 0.0 : sums_[share_];
   double before = cursor_ == 0 ? 0.0 : before_[share_];
+  double used = cursor_ == 0 ? 0.0 : used_[share_];
   for (std::size_t i = cursor_; i < end; ++i) {
     const double term = ln(1.0 - p + p * say_[i].ratio);
     const bool echo = term > 0.0 && best_of_[(*sightings_)[i].cluster] != i;
     const double counts = echo ? echo_ * term : term;
     sum += counts;
     before += (*sightings_)[i].in_view ? 0.0 : counts;
+    used += (*sightings_)[i].fresh ? 0.0 : counts;
   }
   sums_[share_] = sum;
   before_[share_] = before;
+  used_[share_] = used;
   cursor_ = end;
 }
 
@@ -355,6 +358,7 @@ void EvidenceJob::weigh() {
   r.pose = pose_;
   r.S = mean_over_shares(sums_);
   r.view_log = mean_over_shares(before_) - r.S;
+  r.fresh_log = r.S - mean_over_shares(used_);
   const Vec4 held = prior * off;
   r.chi2 = off.dot(held);
   r.matched = sum_w_;

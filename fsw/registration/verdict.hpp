@@ -132,6 +132,7 @@ struct Evidence {
   Mat4 covariance = Mat4::Zero();
   double S = 0.0;            ///< evidence at the pose, nats
   double view_log = 0.0;     ///< of 'those in view are unrelated' against 'as all others'
+  double fresh_log = 0.0;    ///< of 'the fresh ones are on it as all others' against 'they are unrelated'
   double chi2 = 0.0;         ///< of the pose about the prior's mean
   double innovation2 = 0.0;  ///< chi-squared of the fix without the prior about the prior
   double log_volume = 0.0;   ///< of the fix, as PosePrior::log_volume
@@ -222,6 +223,7 @@ class EvidenceJob {
   int share_ = -1;  ///< cursor over the shares p, in the end; -1 before
   double sums_[4] = {};
   double before_[4] = {};  ///< the same, of those that are not in view
+  double used_[4] = {};    ///< and of those that are not fresh
   Hypothesis pose_;
   SinCos turn_ = {0.0, 1.0};
   enum : int { kAll, kFresh };

@@ -180,6 +180,30 @@ void test_what_fresh_boulders_say(void**) {
   assert_at_most(chi2, 5.0);
 }
 
+/// A lone fresh boulder that happens to lie by one of the map's is told from nine that are on it.
+void test_fresh_boulders_need_a_proof_of_their_own(void**) {
+  const Pose2 from = about_rover(kTruth.yaw_rad + 0.02, Vec2(0.06, -0.05));
+  int unproven = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    lay(seed);
+    for (std::size_t i = 0; i < 17; ++i) local_map[i].fresh = false;
+    local_map[17].p_site_m.x() += 0.1;
+    assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+    const bool silent = job.result().fresh_covariance(0, 0) > 1.0e5;
+    assert_true(job.result().fresh_unproven || silent);
+    unproven += job.result().fresh_unproven ? 1 : 0;
+    lay(seed);
+    for (std::size_t i = 0; i < 9; ++i) local_map[i].fresh = false;
+    assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+    assert_false(job.result().fresh_unproven);
+    // Without others they prove the fix themselves.
+    for (LocalBoulder& b : local_map) b.fresh = true;
+    assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+    assert_false(job.result().fresh_unproven);
+  }
+  assert_at_least(unproven, 10);
+}
+
 /// None is fresh: the fix is proven, and says nothing.
 void test_no_boulder_is_fresh(void**) {
   lay(5);
@@ -187,6 +211,7 @@ void test_no_boulder_is_fresh(void**) {
   const Pose2 from = about_rover(kTruth.yaw_rad, Vec2(0.05, 0.0));
   assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
   for (int k = 0; k < 3; ++k) assert_at_least(job.result().fresh_covariance(k, k), 1.0e5);
+  assert_false(job.result().fresh_unproven);
 }
 
 /// Little lies in reach of a wide prior on sparse ground: it is a prior still, and pays for its own volume.
@@ -506,6 +531,7 @@ int main() {
       cmocka_unit_test(test_tracked_fix_is_right),
       cmocka_unit_test(test_the_prior_is_taken_out_again),
       cmocka_unit_test(test_what_fresh_boulders_say),
+      cmocka_unit_test(test_fresh_boulders_need_a_proof_of_their_own),
       cmocka_unit_test(test_no_boulder_is_fresh),
       cmocka_unit_test(test_a_wide_prior_on_sparse_ground),
       cmocka_unit_test(test_headings_wrap),
