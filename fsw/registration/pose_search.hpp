@@ -27,8 +27,8 @@
 /// should have reach_sigmas sigma + farthest local boulder + ring / sqrt(density).
 ///
 /// Cost. start(): copies and checks, about 20 operations a boulder, on no budget. Then map boulders within
-/// reach times pairs, some 10 looks each; no unit above 5,000 operations. Static memory:
-/// sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
+/// reach times pairs, some 10 looks each; no unit above 5,000 operations, or sort_ops(), which is more from
+/// 264 local boulders on. Static memory: sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
 #pragma once
 
 #include <cstdint>
