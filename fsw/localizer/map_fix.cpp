@@ -274,17 +274,16 @@ void MapFix::tell_fresh(const Evidence& best, const Vec3& offset) {
 }
 
 bool MapFix::fresh_may_be_chance(const Evidence& best, const Mat3& fresh_information) const {
-  bool others = false;
-  for (const Sighting& s : search_.sightings()) others = others || !s.fresh;
+  const bool alone = best.fresh_log == best.S;  // then they prove the fix
   const bool speak = best.fresh_information(0, 0) > 0.0;
-  if (!others || !speak) return false;
+  if (alone || !speak) return false;
   const Factors apart(Mat3(prior_covariance_ + result_.fresh_covariance));
   const Factors known(fresh_information);
   double room2 = 1.0;  // det(1 + P F)
   for (int k = 0; k < 3; ++k) room2 *= apart.pivot(k) * known.pivot(k);
   const double gain2 = best.fresh_pull.dot(result_.fresh_covariance * best.fresh_pull);
   const double chi2 = result_.fresh_offset.dot(apart.solve(result_.fresh_offset));
-  return best.fresh_log + 0.5 * (gain2 - chi2 - ln(room2)) < 0.0;
+  return !(best.fresh_log + 0.5 * (gain2 - chi2 - ln(room2)) >= 0.0);  // nor where it is no number
 }
 
 void MapFix::mark_used(const Evidence& best, const Sightings& sightings) {
