@@ -9,6 +9,10 @@ OBJDUMP := $(TRIPLE)objdump
 SIZE    := $(TRIPLE)size
 OPT     := -O2
 BARE    := 1
+# What runs once, once a command or a packet, or hands work on, is kept small.
+SELDOM  := $(addprefix app/,command_content command_order flight_app packet root telecommand telemetry) \
+           localizer/localizer $(addprefix orbital_map/,height_decoder map_delta map_reader map_transfer)
+$(SELDOM:%=$(B)/fsw/%.o): FLIGHT += -Os
 
 # These cost minutes and do not depend on the mission, so that all builds of a target share them.
 NEWLIB     := build/newlib-$(TARGET)

@@ -9,10 +9,6 @@ NEWLIB_TARGET := sparc-leon3-elf
 NEWLIB_CPU    := -m32 -mcpu=leon3
 NEWLIB_DEFS   :=
 LONG_DOUBLE   := -mlong-double-64
-# SPARC's code is the largest: what runs once a command or a packet is kept small.
-SELDOM        := $(addprefix app/,command_content command_order flight_app packet telecommand telemetry) \
-                 $(addprefix orbital_map/,map_delta map_reader map_transfer)
-$(SELDOM:%=$(B)/fsw/%.o): FLIGHT += -Os
 ELF_MACHINE   := Sparc
 # What the flight library may ask of libgcc (libgcc_v8.c has it); nothing of libm.
 FLIGHT_NEEDS  := __udivdi3 __floatundidf
