@@ -16,22 +16,19 @@ std::uint32_t complement(std::uint32_t b) { return kSigns - b; }
 
 /// Both halves, each below 2^15, of `b` its complement: a - b where it is positive, else 0.
 /// |a - b| = 2 above(a, complement(b)) + b - a.
-std::uint32_t above(std::uint32_t a, std::uint32_t b_complement) {
+/// `signs`: kSigns, in a register.
+std::uint32_t above(std::uint32_t a, std::uint32_t b_complement, std::uint32_t signs = kSigns) {
   const std::uint32_t difference = a + b_complement;
-  const std::uint32_t sign = difference & kSigns;
+  const std::uint32_t sign = difference & signs;
   return difference & (sign - (sign >> 15U));
 }
 
 std::uint32_t both_halves(std::uint32_t word) { return (word >> 16U) + (word & 0xFFFFU); }
 
-/// Of words and complements.
-std::uint32_t sum_above(const std::uint32_t* a, const std::uint32_t* b, int words) {
-  std::uint32_t sum = 0;
-  for (int k = 0; k < words; k += 4) {
-    sum += above(a[k], b[k]) + above(a[k + 1], b[k + 1]);
-    sum += above(a[k + 2], b[k + 2]) + above(a[k + 3], b[k + 3]);
-  }
-  return sum;
+/// Of four words and complements.
+inline std::uint32_t sum_of_four(const std::uint32_t* a, const std::uint32_t* b, std::uint32_t signs) {
+  return above(a[0], b[0], signs) + above(a[1], b[1], signs) + above(a[2], b[2], signs) +
+         above(a[3], b[3], signs);
 }
 
 /// |a - b|, of both halves.
@@ -75,7 +72,7 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
   limit_q16_ = params.uniqueness >= 0.5 && params.uniqueness <= 1.0
                    ? static_cast<std::uint32_t>(65536.0 / params.uniqueness) + 1U
                    : 0U;
-  boxes_ = nullptr;
+  boxes_ = around_ = nullptr;
   u_ = v_ = kHalf;
   chosen_ = false;
   prepared_ = 0;
@@ -90,16 +87,18 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
       continue;
     }
     if (!chosen_) {
-      if (!budget.take(row_ops(boxes_ == nullptr ? 0 : boxes_->size()))) return Progress::kMore;
+      if (!budget.take(row_ops(boxes_ == nullptr ? 0 : boxes_->size() + around_->size())))
+        return Progress::kMore;
       choose_probes();
       continue;
     }
     while (prepared_ < 2) {
       if (!budget.take(band_ops(left_.width))) return Progress::kMore;
-      const bool right = prepared_++ == 1;
-      prepare(right ? right_ : left_, right ? v_ + right_lower_px_ : v_, right ? right_band_ : left_band_,
-              right);
-      if (right) sum_windows();
+      if (prepared_++ == 0) {
+        prepare<false>(left_, v_, left_band_);
+      } else {
+        prepare<true>(right_, v_ + right_lower_px_, right_band_);
+      }
     }
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
@@ -124,25 +123,37 @@ void StereoProbeJob::next_row() {
   if (v_ + kHalf > left_.height) status_ = ProbeStatus::kDone;
 }
 
-void StereoProbeJob::choose_probes() {
-  const bool sparse = v_ / kSpacing % 2 == 0;
-  chosen_ = true;
-  // Where boxes begin less where they end: however many lie upon each other, each is looked at once.
-  std::int16_t edges[kCells + 1] = {};
-  if (boxes_ != nullptr) {
-    for (const PixelBounds& box : *boxes_) {
-      if (v_ < box.v_min || v_ > box.v_max || box.u_max < kHalf) continue;
-      const int first = box.u_min <= kHalf ? 0 : (box.u_min - kHalf + kSpacing - 1) / kSpacing;
-      const int last = (box.u_max - kHalf) / kSpacing;
-      if (first >= kCells || last < first) continue;
-      ++edges[first];
-      --edges[last < kCells ? last + 1 : kCells];
-    }
+/// Where boxes begin less where they end: however many lie upon each other, each is looked at once.
+void StereoProbeJob::count_boxes(const Boxes& boxes, std::int16_t (&edges)[kCells + 1]) const {
+  for (std::int16_t& edge : edges) edge = 0;
+  for (const PixelBounds& box : boxes) {
+    if (v_ < box.v_min || v_ > box.v_max || box.u_max < kHalf) continue;
+    const int first = box.u_min <= kHalf ? 0 : (box.u_min - kHalf + kSpacing - 1) / kSpacing;
+    const int last = (box.u_max - kHalf) / kSpacing;
+    if (first >= kCells || last < first) continue;
+    ++edges[first];
+    --edges[last < kCells ? last + 1 : kCells];
   }
-  int covered = boxes_ == nullptr ? 1 : 0;
-  for (int i = 0; i < kCells; ++i) {
-    covered += edges[i];
-    wanted_[i] = covered > 0 || (sparse && i % 2 == 0);
+}
+
+void StereoProbeJob::choose_probes() {
+  const int row = v_ / kSpacing;
+  chosen_ = true;
+  if (boxes_ == nullptr) {
+    for (bool& wanted : wanted_) wanted = true;
+  } else {
+    std::int16_t within[kCells + 1];
+    std::int16_t about[kCells + 1];
+    count_boxes(*boxes_, within);
+    count_boxes(*around_, about);
+    int all = 0;
+    int half = 0;
+    for (int i = 0; i < kCells; ++i) {
+      all += within[i];
+      half += about[i];
+      const bool quarter = row % 2 == 0 && i % 2 == 0;
+      wanted_[i] = all > 0 || quarter || (half > 0 && (row + i) % 2 == 0);
+    }
   }
   next_probe();
 }
@@ -153,11 +164,11 @@ void StereoProbeJob::next_probe() {
   if (u_ + kHalf > left_.width) next_row();
 }
 
-void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band, bool complements) {
+template <bool kComplements>
+void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band) {
   const std::uint8_t* rows[kSide];
   for (int j = 0; j < kSide; ++j) rows[j] = image.row(v - kHalf + j);
-  const std::uint32_t flip = complements ? ~0U : 0U;  // (a ^ flip) + base is a, or its complement
-  const std::uint32_t base = complements ? kSigns + 1U : 0U;
+  const auto stored = [](std::uint32_t word) { return kComplements ? complement(word) : word; };
   std::uint32_t* pairs = band.pairs;
   std::uint32_t before[3] = {};  // sums of the last columns
   for (int x = 0; x < image.width; ++x, pairs += kHalf) {
@@ -170,18 +181,12 @@ void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band, bool compl
     before[0] = before[1];
     before[1] = before[2];
     before[2] = sum;
-    band.columns[x] = (sum ^ flip) + base;
-    pairs[0] = (p0 ^ flip) + base;
-    pairs[1] = (p1 ^ flip) + base;
-    pairs[2] = (p2 ^ flip) + base;
-    pairs[3] = (p3 ^ flip) + base;
+    band.columns[x] = stored(sum);
+    pairs[0] = stored(p0);
+    pairs[1] = stored(p1);
+    pairs[2] = stored(p2);
+    pairs[3] = stored(p3);
   }
-}
-
-void StereoProbeJob::sum_windows() {
-  const std::uint32_t* quarters = right_band_.quarters;
-  for (int x = 0; x + kSide <= right_.width; ++x)
-    right_windows_[x] = static_cast<std::uint16_t>(both_halves(quarters[x] + quarters[x + kHalf]));
 }
 
 StereoProbeJob::Range StereoProbeJob::search_range(int u, int v) const {
@@ -199,101 +204,114 @@ StereoProbeJob::Range StereoProbeJob::search_range(int u, int v) const {
   return {range.low, range.high - range.low < kMaxRange ? range.high : range.low + kMaxRange - 1};
 }
 
-/// No rival of `least` (see judge) is larger.
-std::uint32_t StereoProbeJob::limit_above(std::uint32_t least) const {
-  return limit_q16_ == 0 ? kLargest : (least * limit_q16_ >> 16U) + 1U;
+/// No rival of the least sum is larger.
+std::uint32_t StereoProbeJob::most_of_rivals(const Search& s, std::uint32_t least) const {
+  return s.left_sum + (limit_q16_ == 0 ? kLargest : ((least - s.left_sum) * limit_q16_ >> 16U) + 1U);
 }
 
-/// Looks at the disparities from one to another, both inside.
-void StereoProbeJob::scan(Search& s, int from_d, int to_d, int by) const {
-  const std::uint32_t left[2] = {left_band_.quarters[s.x], left_band_.quarters[s.x + kHalf]};
-  const std::uint32_t* right = &right_band_.quarters[s.x - from_d];
-  const std::uint16_t* window = &right_windows_[s.x - from_d];
-  std::uint32_t most = s.limit + s.left_sum;
-  for (int d = from_d; d != to_d + by; d += by, right -= by, window -= by) {
-    // -limit <= left_sum - *window <= limit, in one comparison.
-    if (most - *window > 2U * s.limit) continue;
-    const std::uint32_t quarters =
-        2 * (above(left[0], complement(right[0])) + above(left[1], complement(right[kHalf]))) + right[0] +
-        right[kHalf];
-    if (both_halves(quarters) > most) continue;
-    compare(s, d);
-    most = s.limit + s.left_sum;
+/// Sum over half a window: four columns, from these two on.
+std::uint32_t StereoProbeJob::half(int left_x, int x) const {
+  const std::uint32_t* left = &left_band_.pairs[kHalf * left_x];
+  const std::uint32_t* right = &right_band_.pairs[kHalf * x];
+  const std::uint32_t signs = signs_;
+  std::uint32_t sum = 0;
+  for (int k = 0; k < kWords / 2; k += 4) sum += sum_of_four(left + k, right + k, signs);
+  return both_halves(2 * sum + right_band_.quarters[x]);
+}
+
+/// Compares the windows at a disparity, half by half, until they are known to differ by more than `most`. The
+/// halves differ by what their columns' sums do, and more.
+void StereoProbeJob::compare(Search& s, Compared& at, std::uint32_t most) const {
+  const int x = s.x - at.d;
+  if (at.by == By::kQuarters) {
+    const std::uint32_t* left = &left_band_.columns[s.x];
+    const std::uint32_t* right = &right_band_.columns[x];
+    const std::uint32_t* quarters = &right_band_.quarters[x];
+    const std::uint32_t signs = signs_;
+    at.second = both_halves(2 * sum_of_four(left + kHalf, right + kHalf, signs) + quarters[kHalf]);
+    at.sum = both_halves(2 * sum_of_four(left, right, signs) + quarters[0]) + at.second;
+    at.by = By::kColumns;
+    s.cost += kSide;
+    if (at.sum > most) return;
   }
+  if (at.by == By::kColumns) {
+    at.sum = half(s.x, x) + at.second;
+    at.by = By::kHalf;
+    s.cost += kWords / 2;
+    if (at.sum > most) return;
+  }
+  at.sum += half(s.x + kHalf, x + kHalf) - at.second;
+  at.by = By::kPixels;
+  s.cost += kWords / 2;
 }
 
-/// Compares the windows at disparity `d`, unless their columns tell that it cannot matter.
-void StereoProbeJob::compare(Search& s, int d) const {
-  const std::uint32_t* right = &right_band_.columns[s.x - d];
-  const std::uint32_t columns = 2 * sum_above(&left_band_.columns[s.x], right, kSide) +
-                                right_band_.quarters[s.x - d] + right_band_.quarters[s.x + kHalf - d];
-  s.cost += kSide;
-  if (both_halves(columns) > s.limit + s.left_sum) return;
-  const Compared now = {d, difference(s, d)};
-  s.cost += kWords;
-  s.compared[s.count++] = now;
-  if (now.sum > s.best.sum || (now.sum == s.best.sum && d > s.best.d)) return;
-  s.best = now;
-  s.limit = limit_above(now.sum);
-}
-
-/// Sum of absolute differences of the windows at disparity `d`.
-std::uint32_t StereoProbeJob::difference(const Search& s, int d) const {
-  const int x = s.x - d;
-  return both_halves(2 * sum_above(&left_band_.pairs[4 * s.x], &right_band_.pairs[4 * x], kWords) +
-                     right_band_.quarters[x] + right_band_.quarters[x + kHalf]) -
-         s.left_sum;
+/// Where the sum is least, of equal ones at the smallest disparity; and what may rival it.
+StereoProbeJob::Compared StereoProbeJob::find_least(Search& s, const Range& range) const {
+  const int begin = last_d_ < range.low ? range.low : last_d_ > range.high ? range.high : last_d_;
+  Compared best = {begin, By::kQuarters, 0, 0};
+  compare(s, best, UINT32_MAX);
+  s.seen[0] = best;
+  s.count = 1;
+  const std::uint32_t left[2] = {left_band_.quarters[s.x], left_band_.quarters[s.x + kHalf]};
+  const std::uint32_t* right = &right_band_.quarters[s.x - range.low];
+  const std::uint32_t signs = signs_;
+  std::uint32_t most = most_of_rivals(s, best.sum);
+  for (int d = range.low; d <= range.high; ++d, --right) {
+    const std::uint32_t least = both_halves(
+        2 * (above(left[0], complement(right[0]), signs) + above(left[1], complement(right[kHalf]), signs)) +
+        right[0] + right[kHalf]);
+    if (least > most || d == begin) continue;
+    Compared& at = s.seen[s.count++];
+    at = {d, By::kQuarters, least, 0};
+    if (least > best.sum) continue;
+    compare(s, at, best.sum);
+    if (at.sum > best.sum || (at.sum == best.sum && d > best.d)) continue;
+    best = at;
+    most = most_of_rivals(s, best.sum);
+  }
+  return best;
 }
 
 /// Returns the cost above that of looking at each disparity.
 std::uint32_t StereoProbeJob::probe(int u, int v, const Range& range) {
   Search s;
   s.x = u - kHalf;
-  if (!has_texture(&left_band_.columns[s.x], &left_band_.pairs[4 * s.x], params_.min_texture)) return 0;
+  if (!has_texture(&left_band_.columns[s.x], &left_band_.pairs[kHalf * s.x], params_.min_texture)) return 0;
   s.left_sum = both_halves(left_band_.quarters[s.x] + left_band_.quarters[s.x + kHalf]);
-  s.best = {0, UINT32_MAX};
-  s.limit = kLargest;
   s.cost = 0;
-  s.count = 0;
-  int first = last_d_ < range.low ? range.low : last_d_;
-  if (first > range.high) first = range.high;
-  scan(s, first, range.high, 1);
-  scan(s, first - 1, range.low, -1);
-  last_d_ = s.best.d;
+  const Compared best = find_least(s, range);
+  last_d_ = best.d;
   StereoProbe found = {static_cast<std::int16_t>(u), static_cast<std::int16_t>(v), 0.0F};
-  if (judge(s, range, found.d_px)) {
-    probes_.append(found);
-  }
+  if (best.d != range.low && best.d != range.high && judge(s, best, found.d_px)) probes_.append(found);
   return s.cost;
 }
 
-/// False: the best disparity lies at an end of the range or has a rival.
-bool StereoProbeJob::judge(const Search& s, const Range& range, float& d_px) const {
-  const int best = s.best.d;
-  if (best == range.low || best == range.high) return false;
-  std::uint32_t rival = UINT32_MAX;
-  std::uint32_t beside[2] = {UINT32_MAX, UINT32_MAX};
+/// False: the least sum has a rival.
+bool StereoProbeJob::judge(Search& s, const Compared& best, float& d_px) const {
+  const std::uint32_t most = most_of_rivals(s, best.sum);
+  const auto least = static_cast<double>(best.sum - s.left_sum);
+  Compared beside[2] = {{best.d - 1, By::kQuarters, 0, 0}, {best.d + 1, By::kQuarters, 0, 0}};
   for (int i = 0; i < s.count; ++i) {
-    const Compared& other = s.compared[i];
-    const bool apart = other.d < best - 2 || other.d > best + 2;
-    if (apart && other.sum < rival) rival = other.sum;
-    if (other.d == best - 1) beside[0] = other.sum;
-    if (other.d == best + 1) beside[1] = other.sum;
+    Compared& other = s.seen[i];
+    if (other.sum > most) continue;
+    if (other.d >= best.d - 2 && other.d <= best.d + 2) {
+      if (other.d == best.d - 1) beside[0] = other;
+      if (other.d == best.d + 1) beside[1] = other;
+      continue;
+    }
+    if (other.by != By::kPixels) compare(s, other, most);
+    if (other.sum <= most && least >= params_.uniqueness * static_cast<double>(other.sum - s.left_sum))
+      return false;
   }
-  if (rival != UINT32_MAX &&
-      static_cast<double>(s.best.sum) >= params_.uniqueness * static_cast<double>(rival)) {
-    return false;
+  for (Compared& side : beside) {
+    if (side.by != By::kPixels) compare(s, side, UINT32_MAX);
   }
-  for (int side = 0; side < 2; ++side) {
-    if (beside[side] != UINT32_MAX) continue;
-    beside[side] = difference(s, side == 0 ? best - 1 : best + 1);
-  }
-  const auto before = static_cast<float>(beside[0]);
-  const auto after = static_cast<float>(beside[1]);
-  const auto least = static_cast<float>(s.best.sum);
-  const float steeper = before > after ? before - least : after - least;
+  const auto before = static_cast<float>(beside[0].sum);
+  const auto after = static_cast<float>(beside[1].sum);
+  const auto here = static_cast<float>(best.sum);
+  const float steeper = before > after ? before - here : after - here;
   const float offset = steeper > 0.0F ? 0.5F * (before - after) / steeper : 0.0F;
-  d_px = static_cast<float>(best) + offset;
+  d_px = static_cast<float>(best.d) + offset;
   return true;
 }
 

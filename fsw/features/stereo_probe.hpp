@@ -1,19 +1,20 @@
 /// Disparities on a regular grid: the 3D points by which a region is judged to stand above the ground or not.
 ///
-/// Keypoints are too few for that: a 0.1 m boulder two metres off covers some 20 x 15 px and holds one or two
-/// of them. Each probe compares an 8 x 8 window of the left image with windows of the same row of the right
-/// one (sum of absolute differences), over disparities about the ground's plane: nearer than the ground,
-/// where boulders stand, by up to `above` of it, and farther by `below`. Sub-pixel by the equiangular fit
-/// (a V through three differences). Left out: windows without horizontal texture, minima at the end of the
-/// range, minima that a second one rivals, and windows whose ground the right image does not hold: at the
-/// left rim of the left one. Outside the boxes that matter, where such are told, each second probe of each
-/// second row is taken.
+/// Keypoints are too few for that: a 0.1 m boulder two metres off covers some 20 x 15 px and holds one or
+/// two of them. Each probe compares an 8 x 8 window of the left image with windows of the same row of the
+/// right one (sum of absolute differences), over disparities about the ground's plane: nearer than the
+/// ground, where boulders stand, by up to `above` of it, and farther by `below`. Sub-pixel by the
+/// equiangular fit (a V through three differences). Left out: windows without horizontal texture, minima at
+/// the end of the range, minima that a second one rivals, and windows whose ground the right image does not
+/// hold: at the left rim of the left one. Outside the boxes that matter, where such are told, probes are
+/// fewer: around them half, as on a chessboard, and elsewhere each second one of each second row.
 ///
-/// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the window
-/// are together no larger than the sum of the pixels' differences, so that where they exceed what could still
-/// be the least or its rival, the disparity is neither (successive elimination; first the sums of whole
-/// windows, then of quarters, then of half columns). The search begins at the last probe's disparity, next to
-/// which the least usually lies. The answer is that of the whole comparison, to the bit.
+/// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the
+/// window are together no larger than the sum of the pixels' differences, so that where they exceed what
+/// could still be the least, or its rival once that is found, the disparity is neither (successive
+/// elimination; first the sums of quarters, then of half columns, then the pixels of half of the window).
+/// The search begins at the last probe's disparity, next to which the least usually lies. The answer is
+/// that of the whole comparison, to the bit.
 ///
 /// Two pixels at a time: a band of eight rows is stored as words that hold one pixel of the upper four rows
 /// and one of the lower four, sixteen bits each.
@@ -22,7 +23,7 @@
 /// Li & Salari, IEEE Trans. Image Processing 4(1), 1995.
 ///
 /// Cost, operations: a row of probes 12 a column and 4 a box; a probe 100, 4 a disparity, 8 for each that the
-/// quarters do not dismiss (some 8 of 40) and 32 for each that is compared whole (some 4).
+/// quarters do not dismiss (some 10 of 40) and 16 for each half that is compared by pixels (some 10).
 #pragma once
 
 #include <cstdint>
@@ -71,9 +72,9 @@ class StereoProbeJob {
   static constexpr std::uint32_t probe_ops(int steps) {
     return 100U + (steps > 0 ? 4U * static_cast<std::uint32_t>(steps) : 0U);
   }
-  /// ... and where everything must be.
+  /// ... and where everything must be, and the two beside the least once more.
   static constexpr std::uint32_t most_probe_ops(int steps) {
-    return probe_ops(steps) + 40U * static_cast<std::uint32_t>(steps);
+    return probe_ops(steps) + 40U * static_cast<std::uint32_t>(steps + 2);
   }
   /// Disparities of a probe: most where the range about the plane's ends at the largest.
   static constexpr int most_steps(const StereoProbeParams& p) {
@@ -90,8 +91,12 @@ class StereoProbeJob {
                     const Vec3& plane, int right_lower_px = 0);
   /// Before the first step: asks for so much less texture, of a dull picture (SegmentationJob::gain_q8) ...
   void allow_for_gain(int gain_q8) { params_.min_texture = params_.min_texture * 256 / gain_q8; }
-  /// ... and puts all probes into these boxes of the left image (borrowed until done), and few elsewhere.
-  void attend_to(const Boxes& boxes) { boxes_ = &boxes; }
+  /// ... and puts all probes into `boxes` of the left image, half of them into what is `around`, and few
+  /// elsewhere (borrowed until done).
+  void attend_to(const Boxes& boxes, const Boxes& around) {
+    boxes_ = &boxes;
+    around_ = &around;
+  }
   /// Unit: the boxes of a row, the preparation of one image's row of probes, or one probe.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
@@ -110,45 +115,51 @@ class StereoProbeJob {
     std::uint32_t columns[cfg::kImageWidth];   ///< sums of the four, halves as above
     std::uint32_t quarters[cfg::kImageWidth];  ///< sums of four columns, from this one on
   };
+  /// By what a sum is known: unless by all pixels, it is no more than the true one.
+  enum class By : std::uint8_t { kQuarters, kColumns, kHalf, kPixels };
   struct Compared {
     int d;
-    std::uint32_t sum;
+    By by;
+    std::uint32_t sum;     ///< of absolute differences, and of the left window's grey values
+    std::uint32_t second;  ///< of it the second half's, by columns
   };
   /// One probe's.
   struct Search {
     int x;                   ///< left rim of the window in the left image
     std::uint32_t left_sum;  ///< grey values of that window
-    Compared best;
-    std::uint32_t limit;  ///< sums above it are neither the least nor its rival
     std::uint32_t cost;
     int count;
-    Compared compared[kMaxRange];
+    Compared seen[kMaxRange];  ///< what may be the least or its rival
   };
 
   static constexpr int kCells = cfg::kImageWidth / kSpacing;  ///< probes of a row, at most
 
   bool row_is_in_right() const;
   void next_row();
+  void count_boxes(const Boxes& boxes, std::int16_t (&edges)[kCells + 1]) const;
   void choose_probes();
   void next_probe();
-  static void prepare(const ImageU8& image, int v, Band& band, bool complements);
-  void sum_windows();
+  template <bool kComplements>
+  static void prepare(const ImageU8& image, int v, Band& band);
   Range search_range(int u, int v) const;
-  std::uint32_t limit_above(std::uint32_t least) const;
-  void scan(Search& search, int from_d, int to_d, int by) const;
-  void compare(Search& search, int d) const;
-  std::uint32_t difference(const Search& search, int d) const;
+  std::uint32_t most_of_rivals(const Search& search, std::uint32_t least) const;
+  std::uint32_t half(int left_x, int x) const;
+  void compare(Search& search, Compared& at, std::uint32_t most) const;
+  Compared find_least(Search& search, const Range& range) const;
   std::uint32_t probe(int u, int v, const Range& range);
-  bool judge(const Search& search, const Range& range, float& d_px) const;
+  bool judge(Search& search, const Compared& best, float& d_px) const;
 
   ProbeStatus status_ = ProbeStatus::kIdle;
   StereoProbeParams params_;
   ImageU8 left_;
   ImageU8 right_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);
+  /// In memory: as a constant it is two instructions wherever it is used.
+  std::uint32_t signs_ = 0x80008000U;
   std::uint32_t limit_q16_ = 0;  ///< 1 / uniqueness, rounded up; 0: nothing can be dismissed
   int right_lower_px_ = 0;
   const Boxes* boxes_ = nullptr;  ///< none: everything matters
+  const Boxes* around_ = nullptr;
   bool wanted_[kCells];
   int u_ = 0;
   int v_ = 0;
@@ -157,7 +168,6 @@ class StereoProbeJob {
   int last_d_ = 0;       ///< where the last search ended
   Band left_band_;
   Band right_band_;
-  std::uint16_t right_windows_[cfg::kImageWidth];  ///< sums of windows, by their left rim
   Probes probes_;
 };
 

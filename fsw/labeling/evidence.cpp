@@ -7,7 +7,8 @@ namespace {
 
 // Half of the planes settle in three, one in a hundred takes fifteen.
 constexpr int kMostPlaneIterations = 15;
-constexpr double kSettled = 0.04;  // root mean square change of heights, of the ground's roughness
+constexpr std::size_t kEnoughGround = 128;  // points for a plane: a tenth of the roughness
+constexpr double kSettled = 0.04;           // root mean square change of heights, of the ground's roughness
 
 PixelBounds widen(const RegionBox& box, double share, int least) {
   const int du = static_cast<int>(share * (box.u_max - box.u_min + 1));
@@ -20,6 +21,7 @@ PixelBounds widen(const RegionBox& box, double share, int least) {
 
 }  // namespace
 
+PixelBounds RegionEvidenceJob::close_by(const RegionBox& region) { return widen(region, 0.375, 9); }
 PixelBounds RegionEvidenceJob::surroundings(const RegionBox& region) { return widen(region, 0.5, 12); }
 
 RegionEvidenceStatus RegionEvidenceJob::start(const RegionEvidenceParams& params, const RegionBoxes& regions,
@@ -137,11 +139,22 @@ void RegionEvidenceJob::after_gather() {
   } else if (labelled_ < params_.min_raised) {
     next_region();  // the plane is not needed
   } else {
-    plane_.x0 /= static_cast<double>(ground_.size());
-    plane_.y0 /= static_cast<double>(ground_.size());
+    thin_ground();
+    const Vec3& middle = (*points_)[ground_[ground_.size() / 2]].p_site_m;
+    plane_.x0 = middle.x();
+    plane_.y0 = middle.y();
     sums_ = {};
     enter(Phase::kFit, 0, ground_.size());
   }
+}
+
+/// Each second point, third point ..., as many as are enough.
+void RegionEvidenceJob::thin_ground() {
+  const std::size_t each = (ground_.size() + kEnoughGround - 1) / kEnoughGround;
+  if (each < 2) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < ground_.size(); i += each) ground_[kept++] = ground_[i];
+  ground_.resize(kept);
 }
 
 void RegionEvidenceJob::after_iteration() {
@@ -166,7 +179,9 @@ void RegionEvidenceJob::unit(const Span& span) {
       for (std::size_t i = span.begin; i < span.end; ++i) gather(i);
       break;
     case Phase::kOwn:
-      for (std::size_t i = span.begin; i < span.end; ++i) own(points[i]);
+      for (std::size_t i = span.begin; i < span.end; ++i) {
+        if (label_[i] == region().label) own(points[i]);
+      }
       break;
     case Phase::kMark:
       for (std::size_t i = span.begin; i < span.end; ++i) mark(points[i]);
@@ -180,20 +195,18 @@ void RegionEvidenceJob::index(std::size_t end) {
   for (; cursor_ < end; ++cursor_) {
     SurfacePoint& p = (*points_)[cursor_];
     p.raised = false;
+    label_[cursor_] = p.label;
     for (; row_ <= p.v && row_ <= cfg::kImageHeight; ++row_)
       row_begin_[row_] = static_cast<std::uint16_t>(cursor_);
   }
 }
 
 void RegionEvidenceJob::gather(std::size_t index) {
-  const SurfacePoint& p = (*points_)[index];
-  if (p.label == region().label) {
+  if (label_[index] == region().label) {
     labelled_ += index >= near_begin_ && index < near_end_ ? 1 : 0;
     return;
   }
   ground_.append(static_cast<std::uint16_t>(index));
-  plane_.x0 += p.p_site_m.x();
-  plane_.y0 += p.p_site_m.y();
 }
 
 /// What the loop takes and adds to is a copy, which can stay in registers.
@@ -221,7 +234,7 @@ bool RegionEvidenceJob::is_raised(const SurfacePoint& p) const {
 }
 
 void RegionEvidenceJob::own(const SurfacePoint& p) {
-  if (p.label != region().label || !is_raised(p)) return;
+  if (!is_raised(p)) return;
   ++own_;
   const double h = params_.test_height ? plane_.height(p.p_site_m) : params_.min_top_m;
   if (h > top_m_) top_m_ = h;

@@ -3,13 +3,14 @@
 /// Regions of one intensity (METHOD B.2) also hold sand, mineral patches and shadows,
 /// so each is tested: a plane
 ///   z = a (x - x_0) + b (y - y_0) + c
-/// is fitted to the points around the region (its box widened by half its size), robustly and one-sidedly,
-/// since what is not ground there stands above it: weight (1 + (r/s)^2)^-2 above the plane and
-/// (1 + (r/2s)^2)^-1 below, until it rests, in fifteen iterations at most. A point is raised where it stands
-/// `min_height_m` and three standard deviations above that plane. A region with `min_raised` raised points of
-/// its own, and one at least `min_top_m` high, is a boulder's; then the points around it that carry no label
-/// but are raised as well belong to it too (a lit face often has the ground's grey). Without `test_height`
-/// every region's points count: that is the paper's variant.
+/// is fitted to the points around the region (its box widened by half its size; of many, each second or
+/// third one, so that a hundred are left), robustly and one-sidedly, since what is not ground there stands
+/// above it: weight (1 + (r/s)^2)^-2 above the plane and (1 + (r/2s)^2)^-1 below, until it rests, in
+/// fifteen iterations at most. A point is raised where it stands `min_height_m` and three standard
+/// deviations above that plane. A region with `min_raised` raised points of its own, and one at least
+/// `min_top_m` high, is a boulder's; then the points around it that carry no label but are raised as well
+/// belong to it too (a lit face often has the ground's grey). Without `test_height` every region's points
+/// count: that is the paper's variant.
 ///
 /// Frame: `site`, z up, metres. Heights are vertical.
 #pragma once
@@ -73,7 +74,9 @@ class RegionEvidenceJob {
     return 20U + each * static_cast<std::uint32_t>(points);
   }
   static constexpr std::uint32_t kMostEach = 12;
-  /// Where the ground around a region is looked for: no point outside matters to it.
+  /// Where each point matters to a region: what belongs to it, and the ground next to it ...
+  static PixelBounds close_by(const RegionBox& region);
+  /// ... and where ground is looked for at all, of which half of the points are enough: none outside matters.
   static PixelBounds surroundings(const RegionBox& region);
 
   /// `points` is borrowed until done and gets its `raised` set.
@@ -108,6 +111,7 @@ class RegionEvidenceJob {
   void open();
   void next_phase();
   void after_gather();
+  void thin_ground();
   void after_iteration();
   void enter(Phase phase, std::size_t begin, std::size_t end);
   void next_region();
@@ -141,6 +145,7 @@ class RegionEvidenceJob {
   double top_m_ = 0.0;
   int boulders_ = 0;
   int untested_ = 0;
+  std::uint8_t label_[kMaxSurfacePoints] = {};            ///< of each point: all that most are asked for
   FixedVector<std::uint16_t, kMaxSurfacePoints> ground_;  ///< points around the region at hand
   int row_ = 0;
   std::uint16_t row_begin_[cfg::kImageHeight + 1] = {};  ///< first point at or below row v

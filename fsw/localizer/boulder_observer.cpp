@@ -161,15 +161,17 @@ void BoulderObserver::lift(const StereoProbe& probe) {
 void BoulderObserver::begin_probes() {
   probe_.allow_for_gain(segmentation_.gain_q8());
   boxes_.clear();
+  close_by_.clear();
   surroundings_.clear();
   for (const Region& r : segmentation_.regions()) {
     const RegionBox box = {r.label, static_cast<std::int16_t>(r.u_min_px),
                            static_cast<std::int16_t>(r.u_max_px), static_cast<std::int16_t>(r.v_min_px),
                            static_cast<std::int16_t>(r.v_max_px)};
     boxes_.append(box);
+    close_by_.append(RegionEvidenceJob::close_by(box));
     surroundings_.append(RegionEvidenceJob::surroundings(box));
   }
-  if (!cfg::kHaveLandmarks) probe_.attend_to(surroundings_);
+  if (!cfg::kHaveLandmarks) probe_.attend_to(close_by_, surroundings_);
 }
 
 void BoulderObserver::begin_evidence() {

@@ -169,6 +169,7 @@ class BoulderObserver {
   SegmentationJob segmentation_;
   StereoProbeJob probe_;
   RegionBoxes boxes_;
+  StereoProbeJob::Boxes close_by_;
   StereoProbeJob::Boxes surroundings_;
   SurfacePoints surface_;
   RegionEvidenceJob evidence_;

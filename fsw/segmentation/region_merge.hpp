@@ -51,7 +51,6 @@ class RegionMergeJob {
   RegionMergeStatus start(const RegionMergeParams& params, RegionMap& map);
   Progress step(WorkBudget& budget);
   RegionMergeStatus status() const { return status_; }
-  /// Passes over the image so far.
 
  private:
   enum class Phase : std::uint8_t { kBegin, kScan, kJoin, kPrepare, kPairs, kCompress, kFlatten };

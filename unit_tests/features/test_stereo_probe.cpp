@@ -87,31 +87,43 @@ void test_attends_to_boxes(void**) {
   run();
   const StereoProbeJob::Probes everywhere = job.result();
   StereoProbeJob::Boxes boxes;
+  StereoProbeJob::Boxes around;
+  around.append({90, 200, 30, 130});
+  around.append({-20, 40, 60, 90});
   boxes.append({-20, 61, 10, 50});
   boxes.append({100, 190, 40, 120});
   boxes.append({230, 300, 140, 300});
   assert_status(job.start({}, kLeft, kRight, kPlane), ProbeStatus::kRunning);
-  job.attend_to(boxes);
+  job.attend_to(boxes, around);
   assert_true(test::run_whole(job));
   std::size_t next = 0;
   int outside = 0;
+  int beside = 0;
   for (const StereoProbe& p : everywhere) {
-    bool inside = false;
-    for (const PixelBounds& b : boxes)
-      inside |= p.u >= b.u_min && p.u <= b.u_max && p.v >= b.v_min && p.v <= b.v_max;
+    const auto lies_in = [&p](const StereoProbeJob::Boxes& some) {
+      return std::any_of(some.begin(), some.end(), [&p](const PixelBounds& b) {
+        return p.u >= b.u_min && p.u <= b.u_max && p.v >= b.v_min && p.v <= b.v_max;
+      });
+    };
+    const bool inside = lies_in(boxes);
     const int column = p.u / StereoProbeJob::kSpacing;
     const int row = p.v / StereoProbeJob::kSpacing;
-    if (!inside && (column % 2 != 0 || row % 2 != 0)) continue;
+    const bool few = column % 2 == 0 && row % 2 == 0;
+    const bool half = lies_in(around) && (column + row) % 2 == 0;
+    if (!inside && !few && !half) continue;
     outside += inside ? 0 : 1;
+    beside += half && !inside && !few ? 1 : 0;
     assert_true(next < job.result().size());
     const StereoProbe& q = job.result()[next++];
     assert_true(q.u == p.u && q.v == p.v && q.d_px == p.d_px);
   }
   assert_true(next == job.result().size());
   assert_at_least(outside, 100);
+  assert_at_least(beside, 20);
   boxes.clear();
+  around.clear();
   assert_status(job.start({}, kLeft, kRight, kPlane), ProbeStatus::kRunning);
-  job.attend_to(boxes);
+  job.attend_to(boxes, around);
   assert_true(test::run_whole(job));
   assert_at_least(job.result().size(), everywhere.size() / 5);
 }

@@ -99,6 +99,20 @@ void test_boulders_on_slopes(void**) {
   }
 }
 
+/// Of thousands of points around a region some are enough: those of all sides.
+void test_much_ground_around(void**) {
+  for (const int radius_px : {20, 60, 100}) {
+    for (const double slope : {-0.3, 0.0, 0.3}) {
+      lay_ground({slope, 0.2, 0.008});
+      raise(260, 190, radius_px, 0.12, 1);
+      judge();
+      assert_int_equal(job.boulders(), 1);
+      assert_int_equal(raised_of(1), points_of(1));
+      assert_int_equal(raised_of(0), 0);
+    }
+  }
+}
+
 /// Sand, shadow, a step down: regions, but nothing stands there.
 void test_what_does_not_stand_is_left_out(void**) {
   for (const double height : {0.0, 0.01, -0.05, -0.3}) {
@@ -339,6 +353,7 @@ void test_no_unit_is_long(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_boulders_on_slopes),
+      cmocka_unit_test(test_much_ground_around),
       cmocka_unit_test(test_what_does_not_stand_is_left_out),
       cmocka_unit_test(test_bounds_of_height),
       cmocka_unit_test(test_uncertain_heights_do_not_count),
