@@ -154,7 +154,9 @@ void EvidenceJob::begin_pass() {
 
 void EvidenceJob::begin_look() {
   seen_ = 0;
-  near_ = Near();
+  // Field by field: a copy of the whole is a call.
+  near_.density = near_.best = near_.x = near_.y = near_.xx = near_.xy = near_.yy = 0.0;
+  near_.best_map = kNone;
 }
 
 BoulderQuery EvidenceJob::query(const Sighting& s) const {
@@ -168,7 +170,7 @@ BoulderQuery EvidenceJob::query(const Sighting& s) const {
 void EvidenceJob::look(const Sighting& s, const BoulderQuery& query) {
   const double variance = s.sigma_m * s.sigma_m * inflation_ * inflation_;
   const double peak = 1.0 / (2.0 * kPi * variance);
-  Near near = near_;
+  Near& near = near_;
   const BoulderGrid& grid = ground_->grid();
   grid.for_each_near(query, [&](std::uint16_t index, double r2) {
     double part = peak * exp(-0.5 * r2 / variance);
@@ -192,7 +194,6 @@ void EvidenceJob::look(const Sighting& s, const BoulderQuery& query) {
     near.xy += part * ux * uy;
     near.yy += part * uy * uy;
   });
-  near_ = near;
 }
 
 /// All of them were seen.
@@ -472,10 +473,10 @@ Verdict judge(const VerdictParams& params, const Evidence& best, double second_l
   const double have = v.log_ratio + params.calibration;
   if (best.innovation2 > params.innovation2_limit && have + 0.5 * best.chi2 >= needed) {
     v.status = VerdictStatus::kInconsistentWithPrior;
+  } else if (best.view_log > params.view_limit && have + best.view_log >= needed) {
+    v.status = VerdictStatus::kViewDisagrees;
   } else if (have < needed) {
     v.status = VerdictStatus::kTooLittleEvidence;
-  } else if (best.view_log > params.view_limit) {
-    v.status = VerdictStatus::kViewDisagrees;
   } else if (v.log_ratio - second_log_ratio < params.second_margin) {
     v.status = VerdictStatus::kAmbiguous;
   } else if (v.chance_log < needed) {

@@ -39,11 +39,11 @@
 /// of theta = 1 mixed in). chance_log = -ln F is held against the same threshold.
 ///
 /// Verdict, first that applies: inconsistent with the prior (evidence enough but for chi2, and chi-squared
-/// of the innovation, 3 degrees of freedom, beyond its limit), too little evidence (log_ratio + calibration
-/// below what is needed), view disagrees (view_log beyond its limit), ambiguous (second best less than
-/// second_margin behind), chance agreement (chance_log below what is needed), accepted. Needed is
-/// ln_threshold - prior_log_odds: what is known besides that this is the right map and prior (fixes before,
-/// say). calibration: e^-t is a bound, and a loose one. Importance sampling,
+/// of the innovation, 3 degrees of freedom, beyond its limit), view disagrees (view_log beyond its limit,
+/// and evidence enough but for those in view), too little evidence (log_ratio + calibration below what is
+/// needed), ambiguous (second best less than second_margin behind), chance agreement (chance_log below what
+/// is needed), accepted. Needed is ln_threshold - prior_log_odds: what is known besides that this is the
+/// right map and prior (fixes before). calibration: e^-t is a bound, a loose one. Importance sampling,
 ///     P0(log_ratio > t) = E1[e^-log_ratio; log_ratio > t]
 /// over trials of the same ground, puts the rate of false fixes 3 to 4.6 nats below it; `make bench-fix`
 /// shows it beside what wrong sites give.

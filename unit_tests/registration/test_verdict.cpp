@@ -653,6 +653,12 @@ void test_boulders_in_view(void**) {
   assert_true(slipped.view_log > params.view_limit);
   assert_status(judged(slipped).status, VerdictStatus::kViewDisagrees);
   assert_near(judged(slipped).view_log, slipped.view_log, 0.0);
+  // Those before prove the pose, and together with those in view they don't: no want of evidence, a slip.
+  Evidence outvoted = slipped;
+  outvoted.log_ratio = params.ln_threshold - 0.5 * slipped.view_log;
+  assert_status(judged(outvoted).status, VerdictStatus::kViewDisagrees);
+  outvoted.log_ratio = params.ln_threshold - 1.5 * slipped.view_log - params.calibration;
+  assert_status(judged(outvoted).status, VerdictStatus::kTooLittleEvidence);
   assert_true(view_log(14, 6, 0, 6).view_log < slipped.view_log);
   const Evidence mixed = view_log(14, 8, 6, 4);
   assert_true(mixed.view_log < 0.0);
