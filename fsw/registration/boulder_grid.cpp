@@ -120,16 +120,18 @@ Progress BoulderGrid::step(WorkBudget& budget) {
 
 BoulderQuery BoulderGrid::query(const GridPoint& at, double radius_m) const {
   CAIRN_ASSERT(status_ == GridStatus::kReady);
-  const double reach = radius_m * (1.0 + 1.0e-9);  // rounding must not lose a boulder that lies on the circle
-  const auto cell = [this](double offset_m) {
-    const double c = offset_m * cells_per_m_;
+  // A hair more: rounding must not lose a boulder that lies on the circle.
+  const double reach = radius_m * cells_per_m_ * (1.0 + 1.0e-9);
+  const double column = (at.x_m - x0_m_) * cells_per_m_;
+  const double row = (at.y_m - y0_m_) * cells_per_m_;
+  const auto cell = [](double c) {
     if (!(c > 0.0)) return 0;
     return c >= kSide - 1 ? kSide - 1 : static_cast<int>(c);
   };
-  const int x0 = cell(at.x_m - reach - x0_m_);
-  const int x1 = cell(at.x_m + reach - x0_m_);
-  const int y0 = cell(at.y_m - reach - y0_m_);
-  const int y1 = cell(at.y_m + reach - y0_m_);
+  const int x0 = cell(column - reach);
+  const int x1 = cell(column + reach);
+  const int y0 = cell(row - reach);
+  const int y1 = cell(row + reach);
   std::uint32_t candidates = 0;
   for (int y = y0; y <= y1; ++y) candidates += cell_begin_[y * kSide + x1 + 1] - cell_begin_[y * kSide + x0];
   return {at, radius_m, x0, x1, y0, y1, 0, candidates};

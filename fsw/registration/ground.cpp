@@ -49,6 +49,11 @@ void Ground::box_one(const GridPoint& m) {
 
 /// Area of a square that lies in disc and box, by 4 x 4 samples.
 double Ground::covered(double x0, double y0, double side) const {
+  const double far_x = x0 < -0.5 * side ? x0 : x0 + side;
+  const double far_y = y0 < -0.5 * side ? y0 : y0 + side;
+  const bool whole = far_x * far_x + far_y * far_y <= radius_m_ * radius_m_ && x0 >= box_[0] &&
+                     x0 + side <= box_[1] && y0 >= box_[2] && y0 + side <= box_[3];
+  if (whole) return side * side;
   int inside = 0;
   for (int j = 0; j < 4; ++j) {
     for (int i = 0; i < 4; ++i) {

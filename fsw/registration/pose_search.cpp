@@ -158,6 +158,7 @@ bool PoseSearchJob::next_pair() {
       sightings_[i_].sigma_m * sightings_[i_].sigma_m + sightings_[j_].sigma_m * sightings_[j_].sigma_m;
   play_m_ = 3.5 * std::sqrt(own2) + 4.0 * params_.evidence.scale_sigma * length_m_;
   ranked_.clear();
+  order_.clear();
   sighted_ = 0;
   return true;
 }
@@ -180,6 +181,7 @@ void PoseSearchJob::rank(std::size_t end) {
     double radius2 = (r.c - miss_) / r.half_info;
     if (radius2 > kLookSigmas * kLookSigmas * t2) radius2 = kLookSigmas * kLookSigmas * t2;
     r.radius = radius2 > 0.0 ? std::sqrt(radius2) : 0.0;
+    order_.append(static_cast<std::uint16_t>(ranked_.size()));
     ranked_.append(r);
   }
   sighted_ = end;
@@ -187,8 +189,8 @@ void PoseSearchJob::rank(std::size_t end) {
 
 /// Nearest to the pair's middle first.
 void PoseSearchJob::sort_ranked() {
-  heap_sort(ranked_.data(), static_cast<int>(ranked_.size()), [](const Ranked& a, const Ranked& b) {
-    return a.d2 < b.d2 || (a.d2 == b.d2 && a.sighting < b.sighting);
+  heap_sort(order_.data(), static_cast<int>(order_.size()), [this](std::uint16_t a, std::uint16_t b) {
+    return ranked_[a].d2 < ranked_[b].d2 || (ranked_[a].d2 == ranked_[b].d2 && a < b);
   });
 }
 
@@ -281,7 +283,7 @@ bool PoseSearchJob::hypothesise(std::uint16_t second) {
 }
 
 BoulderQuery PoseSearchJob::look_query() const {
-  const Ranked& r = ranked_[looking_];
+  const Ranked& r = ranked_[order_[looking_]];
   const Sighting& s = sightings_[r.sighting];
   const Hypothesis& h = current_.pose;
   GridPoint at;
@@ -293,7 +295,7 @@ BoulderQuery PoseSearchJob::look_query() const {
 
 /// One local boulder under the hypothesis; false where that is given up or all are seen.
 bool PoseSearchJob::look(const NearestBoulder& near) {
-  const Ranked& r = ranked_[looking_];
+  const Ranked& r = ranked_[order_[looking_]];
   ++result_.looks;
   current_.score += near.index == BoulderGrid::kNone ? miss_ : r.c - near.r2_m2 * r.half_info;
   if (current_.score < params_.give_up) return false;
@@ -503,15 +505,16 @@ Progress PoseSearchJob::follow_pair(WorkBudget& budget) {
       if (!budget.take(kSecondOps)) return Progress::kMore;
       if (hypothesise(seconds_[second_++])) phase_ = Phase::kLook;
       break;
-    case Phase::kLook: {
-      BoulderQuery query = look_query();
-      const bool last = query.cut(seen_);
-      if (!budget.take(look_ops(query.ops()))) return Progress::kMore;
-      if (seen_ == 0) near_ = BoulderGrid::none(query);
-      ground_.grid().nearest(query, sizes_, near_);
-      if (all_seen(query, last) && !look(near_)) phase_ = Phase::kSecond;
+    case Phase::kLook:
+      while (phase_ == Phase::kLook) {
+        BoulderQuery query = look_query();
+        const bool last = query.cut(seen_);
+        if (!budget.take(look_ops(query.ops()))) return Progress::kMore;
+        if (seen_ == 0) near_ = BoulderGrid::none(query);
+        ground_.grid().nearest(query, sizes_, near_);
+        if (all_seen(query, last) && !look(near_)) phase_ = Phase::kSecond;
+      }
       break;
-    }
     default: break;
   }
   return Progress::kDone;

@@ -117,8 +117,8 @@ class PoseSearchJob {
   }
 
  private:
-  static constexpr std::size_t kInside = 16;
-  static constexpr std::size_t kOutside = 16;
+  static constexpr std::size_t kInside = 12;
+  static constexpr std::size_t kOutside = 12;
   static constexpr std::size_t kSeconds = 128;
   enum class Phase : std::uint8_t {
     kGround,
@@ -203,12 +203,14 @@ class PoseSearchJob {
   double length_m_ = 0.0;  ///< 0: the pair is not to be looked at
   double play_m_ = 0.0;    ///< how much longer or shorter it may be in the map
   FixedVector<Ranked, cfg::kMaxLocalBoulders> ranked_;
+  /// Of ranked_, the nearest to the pair's middle first.
+  FixedVector<std::uint16_t, cfg::kMaxLocalBoulders> order_;
   FixedVector<std::uint16_t, cfg::kMaxMapWindowBoulders> firsts_;
   std::size_t first_ = 0;
   FixedVector<std::uint16_t, kSeconds> seconds_;
   std::size_t second_ = 0;
   Candidate current_;
-  std::size_t looking_ = 0;  ///< cursor over ranked_
+  std::size_t looking_ = 0;  ///< cursor over order_
   std::uint32_t seen_ = 0;   ///< map boulders of the question under way
   NearestBoulder near_;      ///< among them
   double miss_ = 0.0;        ///< ln(1 - p)
