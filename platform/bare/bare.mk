@@ -13,6 +13,9 @@ BARE    := 1
 SELDOM  := $(addprefix app/,command_content command_order flight_app packet root telecommand telemetry) \
            localizer/localizer $(addprefix orbital_map/,height_decoder map_delta map_reader map_transfer)
 $(SELDOM:%=$(B)/fsw/%.o): FLIGHT += -Os
+# What works on pixels takes most of the time.
+BUSY    := features/% image/% segmentation/%
+$(BUSY:%=$(B)/fsw/%.o): FLIGHT += -O3
 
 # These cost minutes and do not depend on the mission, so that all builds of a target share them.
 NEWLIB     := build/newlib-$(TARGET)
