@@ -53,6 +53,7 @@ def check_symbols(page, asked, needs):
     named = {name.rsplit("::", 1)[-1] for cells in rows(section(page, "Symbols"))
              for name in re.findall(r"`([\w:]+)`", cells[0])}
     expected = {*symbols.C_FUNCTIONS, *needs, *(name.rsplit("::", 1)[-1] for name in asked)}
+    expected, named = ({name for name in names if not re.fullmatch(symbols.REGISTERS, name)} for names in (expected, named))
     if not needs:  # a machine of 64 bits does without the compiler's helpers
         named = {name for name in named if not name.startswith("__")}
     return [f"Symbols: {name} is missing in the table" for name in sorted(expected - named)] + \
@@ -119,6 +120,7 @@ def self_test():
     cases = (  # what differs, what the fault says (None: no fault)
         ({}, None),
         ({"target": "two", "measured": {"stack": 5300}, "log": ""}, None),
+        ({"asked": ["memcpy", "cairn::hal::camera_take", "_restfpr_28_x", "_savegpr_14"]}, None),
         ({"asked": ["memcpy", "cairn::hal::camera_take", "cairn::hal::clock_us"]}, "clock_us is missing"),
         ({"asked": ["memcpy"]}, "nothing asks for camera_take"),
         ({"needs": []}, None),

@@ -15,8 +15,10 @@ import planted
 
 # What GCC may call in any code, as its manual has it: which of them it does call differs from change to change.
 C_FUNCTIONS = ("memcpy", "memmove", "memset", "memcmp")
+# By which PowerPC code that is compiled for size keeps registers, in libgcc; which of them differs as well.
+REGISTERS = r"_(save|rest)[fg]pr_\d+(_x|_l)?"
 # Undefined names that flight code may have, on every target.
-NEEDS = (r"cairn::assert_failed\(char const\*, int\)", r"cairn::hal::\w+\(.*\)", *C_FUNCTIONS)
+NEEDS = (REGISTERS, r"cairn::assert_failed\(char const\*, int\)", r"cairn::hal::\w+\(.*\)", *C_FUNCTIONS)
 # Names that may not even be defined.
 NEVER = re.compile(r"guard variable for |vtable for |typeinfo (name )?for |operator (new|delete)|_GLOBAL__(sub_)?[ID]_")
 # Writable sections; .data.rel.ro is constant once linked.
