@@ -15,6 +15,7 @@ import sys
 
 import figures
 import planted
+import symbols
 
 # What is called but not built here: bytes of stack, generously. assert_failed never comes back: the drive ends there.
 EXTERNAL = (
@@ -41,7 +42,7 @@ CALL_BY_POINTER = re.compile(r"\t(call\s+(\*|%)|bctrl|blrl|jmpl\s.*%o7|jalr\s+(?
 
 def plain(name):
     """Without the file of a local copy; a complete constructor (C1) is the base one (C2) where nothing is virtual."""
-    return re.sub(r"C1E", "C2E", name.rsplit(":", 1)[-1])
+    return re.sub(r"C1(?=[EI])", "C2", name.rsplit(":", 1)[-1])  # I: of a template
 
 
 class Graph:
@@ -133,6 +134,8 @@ def unseen_calls(objdump, objects, calls):
         if head:
             caller = plain(head.group(1))
         callee = plain(re.sub(r"^\.text\.((unlikely|hot|startup|exit)\.)?", "", call.group(1))) if call else None
+        if callee and re.fullmatch(symbols.REGISTERS, callee):  # into the caller's own frame, and no call of its source's
+            continue
         callee = POINTER if CALL_BY_POINTER.search(line) and caller not in INDIRECT else callee
         seen += callee is not None
         if callee and callee != caller and callee not in calls.get(caller, ()):
