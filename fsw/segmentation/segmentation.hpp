@@ -164,6 +164,7 @@ class SegmentationJob {
   RegionMergeJob merge_;
   RegionMap map_;
   FixedVector<std::uint16_t, cfg::kMaxLabels> selected_;
+  std::uint64_t weights_[cfg::kMaxLabels] = {};  ///< theirs
   FixedVector<Sums, cfg::kMaxLabels> sums_;
   Regions regions_;
   std::uint8_t half_[cfg::kImagePixels / 4] = {};
