@@ -240,8 +240,8 @@ std::uint64_t SegmentationJob::weight(std::uint16_t number) const {
                                : std::uint64_t{steps_grey_[number]} * map_.area_px(number) / outline_[number];
 }
 
-/// Keeps `selected_` sorted: the heaviest first, equal ones by number. Weights are kept as well: a quotient of
-/// 64 bits takes hundreds of instructions where hardware has none.
+/// Keeps `selected_` sorted: the heaviest first, equal ones by number. Weights are kept as well: without a
+/// divider of 64 bits, a quotient takes hundreds of instructions.
 void SegmentationJob::insert(std::uint16_t number) {
   const std::uint64_t own = weight(number);
   std::size_t place = selected_.size();
