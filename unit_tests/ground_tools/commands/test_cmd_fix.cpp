@@ -197,7 +197,10 @@ void test_diameters_are_evidence(void**) {
     View view;
     view.sizes = sizes[k];
     see(truth, view);
-    assert_int_equal(fix(prior({28.3, 30.6, 2.1})), k == 0 ? 3 : 0);
+    const int code = fix(prior({28.3, 30.6, 2.1}));
+    if (k > 0) assert_int_equal(code, 0);
+    if (code == 0)
+      assert_near(answer["pose"]["x_m"].get<double>(), truth.x_m, 0.1);  // by places alone, at worst
     log_ratio[k] = answer["log_ratio"];
   }
   assert_at_least(log_ratio[1], log_ratio[0] + 3.0);
