@@ -187,7 +187,7 @@ void test_lost_on_a_map_that_is_too_large(void**) {
   }
 }
 
-/// Diameters speak for the place where they are the map's, and against it where they are not. What places alone
+/// Diameters speak for the place where they are the map's, and against it where they are not. What places
 /// prove in spite of them is the right pose.
 void test_diameters_are_evidence(void**) {
   const Pose2 truth{28.0, 31.0, 2.1};
