@@ -4,7 +4,9 @@
 # ERRATA=gr712rc|ut700|ut699|at697f has the compiler go round that part's errata (doc/guide/integration.md).
 ERRATA        ?=
 TRIPLE        := sparc64-linux-gnu-
-CPU           := -m32 -mcpu=leon3 -fno-pic $(ERRATA:%=-mfix-%)
+# Sums over unrolled windows have more operands than there are registers; without -fsched-pressure all are loaded
+# before the first is used, and those that don't fit go through the write buffer.
+CPU           := -m32 -mcpu=leon3 -fno-pic -fsched-pressure $(ERRATA:%=-mfix-%)
 NEWLIB_TARGET := sparc-leon3-elf
 NEWLIB_CPU    := -m32 -mcpu=leon3
 NEWLIB_DEFS   :=
