@@ -199,7 +199,8 @@ void SegmentationJob::outline_row(int y) {
   }
 }
 
-void SegmentationJob::step_across(std::uint16_t a, std::uint16_t b) {
+/// Not inline: one pixel in nine has another beside it, and all would pay for the addresses.
+[[gnu::noinline]] void SegmentationJob::step_across(std::uint16_t a, std::uint16_t b) {
   const int difference_q8 = map_.mean_q8(a) - map_.mean_q8(b);
   const auto step_grey =
       static_cast<std::uint32_t>(((difference_q8 < 0 ? -difference_q8 : difference_q8) + 128) / 256);
