@@ -31,6 +31,16 @@ inline std::uint32_t sum_of_four(const std::uint32_t* a, const std::uint32_t* b,
          above(a[3], b[3], signs);
 }
 
+/// What is known of a disparity's sum (of absolute differences, and of the left window's grey values), in a
+/// word: the sum above the disparity, so that the least word is of the least sum, at its smallest disparity;
+/// and a lowest bit where the sum may be larger.
+std::uint32_t exactly(std::uint32_t sum, int d) { return sum << 16U | static_cast<std::uint32_t>(d) << 1U; }
+std::uint32_t at_least(std::uint32_t sum, int d) { return exactly(sum, d) | 1U; }
+bool is_exact(std::uint32_t seen) { return (seen & 1U) == 0; }
+std::uint32_t sum_of(std::uint32_t seen) { return seen >> 16U; }
+int disparity_of(std::uint32_t seen) { return static_cast<int>(seen & 0xFFFFU) >> 1; }
+static_assert(2 * kLargest < 1U << 16U && cfg::kImageWidth < 1 << 15);
+
 /// |a - b|, of both halves.
 std::uint32_t apart(std::uint32_t a, std::uint32_t b) { return 2 * above(a, complement(b)) + b - a; }
 
@@ -171,21 +181,19 @@ void StereoProbeJob::prepare(const ImageU8& image, int v, Band& band) {
   const auto stored = [](std::uint32_t word) { return kComplements ? complement(word) : word; };
   std::uint32_t* pairs = band.pairs;
   std::uint32_t before[3] = {};  // sums of the last columns
-  for (int x = 0; x < image.width; ++x, pairs += kHalf) {
-    const std::uint32_t p0 = std::uint32_t{rows[0][x]} << 16U | rows[4][x];
-    const std::uint32_t p1 = std::uint32_t{rows[1][x]} << 16U | rows[5][x];
-    const std::uint32_t p2 = std::uint32_t{rows[2][x]} << 16U | rows[6][x];
-    const std::uint32_t p3 = std::uint32_t{rows[3][x]} << 16U | rows[7][x];
-    const std::uint32_t sum = p0 + p1 + p2 + p3;
+  const int width = image.width;
+  for (int x = 0; x < width; ++x, pairs += kHalf) {
+    std::uint32_t sum = 0;
+    for (int j = 0; j < kHalf; ++j) {  // not all at once: a write buffer holds one word
+      const std::uint32_t pair = std::uint32_t{rows[j][x]} << 16U | rows[j + kHalf][x];
+      pairs[j] = stored(pair);
+      sum += pair;
+    }
+    band.columns[x] = stored(sum);
     if (x >= 3) band.quarters[x - 3] = before[0] + before[1] + before[2] + sum;
     before[0] = before[1];
     before[1] = before[2];
     before[2] = sum;
-    band.columns[x] = stored(sum);
-    pairs[0] = stored(p0);
-    pairs[1] = stored(p1);
-    pairs[2] = stored(p2);
-    pairs[3] = stored(p3);
   }
 }
 
@@ -209,66 +217,65 @@ std::uint32_t StereoProbeJob::most_of_rivals(const Search& s, std::uint32_t leas
   return s.left_sum + (limit_q16_ == 0 ? kLargest : ((least - s.left_sum) * limit_q16_ >> 16U) + 1U);
 }
 
-/// Sum over half a window: four columns, from these two on.
-std::uint32_t StereoProbeJob::half(int left_x, int x) const {
+/// Sum over half a window: four columns, from these two on; or over two of them, where that is above `most`.
+/// (All four at once need more registers than there are.)
+std::uint32_t StereoProbeJob::half(int left_x, int x, std::uint32_t most) const {
   const std::uint32_t* left = &left_band_.pairs[kHalf * left_x];
   const std::uint32_t* right = &right_band_.pairs[kHalf * x];
   const std::uint32_t signs = signs_;
-  std::uint32_t sum = 0;
-  for (int k = 0; k < kWords / 2; k += 4) sum += sum_of_four(left + k, right + k, signs);
-  return both_halves(2 * sum + right_band_.quarters[x]);
+  const auto two_columns = [&](int k) {
+    return 2 * (sum_of_four(left + k, right + k, signs) + sum_of_four(left + k + 4, right + k + 4, signs));
+  };
+  std::uint32_t sum = right_band_.quarters[x] + two_columns(0);
+  if (both_halves(sum) > most) return both_halves(sum);
+  sum += two_columns(kWords / 4);
+  return both_halves(sum);
 }
 
-/// Compares the windows at a disparity, half by half, until they are known to differ by more than `most`. The
-/// halves differ by what their columns' sums do, and more.
-void StereoProbeJob::compare(Search& s, Compared& at, std::uint32_t most) const {
-  const int x = s.x - at.d;
-  if (at.by == By::kQuarters) {
-    const std::uint32_t* left = &left_band_.columns[s.x];
-    const std::uint32_t* right = &right_band_.columns[x];
-    const std::uint32_t* quarters = &right_band_.quarters[x];
-    const std::uint32_t signs = signs_;
-    at.second = both_halves(2 * sum_of_four(left + kHalf, right + kHalf, signs) + quarters[kHalf]);
-    at.sum = both_halves(2 * sum_of_four(left, right, signs) + quarters[0]) + at.second;
-    at.by = By::kColumns;
-    s.cost += kSide;
-    if (at.sum > most) return;
-  }
-  if (at.by == By::kColumns) {
-    at.sum = half(s.x, x) + at.second;
-    at.by = By::kHalf;
-    s.cost += kWords / 2;
-    if (at.sum > most) return;
-  }
-  at.sum += half(s.x + kHalf, x + kHalf) - at.second;
-  at.by = By::kPixels;
+/// Compares the windows at a disparity until their columns' sums are known to differ by more than
+/// `by_columns`, or their pixels by more than `most`. The pixels differ by what the sums do, and more.
+StereoProbeJob::Seen StereoProbeJob::compare(Search& s, int d, std::uint32_t by_columns,
+                                             std::uint32_t most) const {
+  const int x = s.x - d;
+  const std::uint32_t* left = &left_band_.columns[s.x];
+  const std::uint32_t* right = &right_band_.columns[x];
+  const std::uint32_t* quarters = &right_band_.quarters[x];
+  const std::uint32_t second =
+      both_halves(2 * sum_of_four(left + kHalf, right + kHalf, signs_) + quarters[kHalf]);
+  const std::uint32_t columns = both_halves(2 * sum_of_four(left, right, signs_) + quarters[0]) + second;
+  s.cost += kSide;
+  if (columns > by_columns) return at_least(columns, d);
+  const std::uint32_t first = half(s.x, x, most - second);
   s.cost += kWords / 2;
+  if (first + second > most) return at_least(first + second, d);
+  const std::uint32_t sum = first + half(s.x + kHalf, x + kHalf, most - first);
+  s.cost += kWords / 2;
+  return sum > most ? at_least(sum, d) : exactly(sum, d);
 }
 
 /// Where the sum is least, of equal ones at the smallest disparity; and what may rival it.
-StereoProbeJob::Compared StereoProbeJob::find_least(Search& s, const Range& range) const {
+StereoProbeJob::Seen StereoProbeJob::find_least(Search& s, const Range& range) const {
   const int begin = last_d_ < range.low ? range.low : last_d_ > range.high ? range.high : last_d_;
-  Compared best = {begin, By::kQuarters, 0, 0};
-  compare(s, best, UINT32_MAX);
-  s.seen[0] = best;
-  s.count = 1;
+  Seen best = compare(s, begin, UINT32_MAX, UINT32_MAX);
+  Seen* seen = s.seen;
+  *seen++ = best;
   const std::uint32_t left[2] = {left_band_.quarters[s.x], left_band_.quarters[s.x + kHalf]};
   const std::uint32_t* right = &right_band_.quarters[s.x - range.low];
   const std::uint32_t signs = signs_;
-  std::uint32_t most = most_of_rivals(s, best.sum);
+  std::uint32_t most = most_of_rivals(s, sum_of(best));
   for (int d = range.low; d <= range.high; ++d, --right) {
     const std::uint32_t least = both_halves(
         2 * (above(left[0], complement(right[0]), signs) + above(left[1], complement(right[kHalf]), signs)) +
         right[0] + right[kHalf]);
     if (least > most || d == begin) continue;
-    Compared& at = s.seen[s.count++];
-    at = {d, By::kQuarters, least, 0};
-    if (least > best.sum) continue;
-    compare(s, at, best.sum);
-    if (at.sum > best.sum || (at.sum == best.sum && d > best.d)) continue;
+    Seen at = at_least(least, d);
+    if (least <= sum_of(best)) at = compare(s, d, sum_of(best), most);
+    *seen++ = at;
+    if (at > best) continue;
     best = at;
-    most = most_of_rivals(s, best.sum);
+    most = most_of_rivals(s, sum_of(best));
   }
+  s.end = seen;
   return best;
 }
 
@@ -279,39 +286,42 @@ std::uint32_t StereoProbeJob::probe(int u, int v, const Range& range) {
   if (!has_texture(&left_band_.columns[s.x], &left_band_.pairs[kHalf * s.x], params_.min_texture)) return 0;
   s.left_sum = both_halves(left_band_.quarters[s.x] + left_band_.quarters[s.x + kHalf]);
   s.cost = 0;
-  const Compared best = find_least(s, range);
-  last_d_ = best.d;
+  const Seen best = find_least(s, range);
+  const int d = disparity_of(best);
+  last_d_ = d;
   StereoProbe found = {static_cast<std::int16_t>(u), static_cast<std::int16_t>(v), 0.0F};
-  if (best.d != range.low && best.d != range.high && judge(s, best, found.d_px)) probes_.append(found);
+  if (d != range.low && d != range.high && judge(s, best, found.d_px)) probes_.append(found);
   return s.cost;
 }
 
 /// False: the least sum has a rival.
-bool StereoProbeJob::judge(Search& s, const Compared& best, float& d_px) const {
-  const std::uint32_t most = most_of_rivals(s, best.sum);
-  const auto least = static_cast<double>(best.sum - s.left_sum);
-  Compared beside[2] = {{best.d - 1, By::kQuarters, 0, 0}, {best.d + 1, By::kQuarters, 0, 0}};
-  for (int i = 0; i < s.count; ++i) {
-    Compared& other = s.seen[i];
-    if (other.sum > most) continue;
-    if (other.d >= best.d - 2 && other.d <= best.d + 2) {
-      if (other.d == best.d - 1) beside[0] = other;
-      if (other.d == best.d + 1) beside[1] = other;
+bool StereoProbeJob::judge(Search& s, Seen best, float& d_px) const {
+  const std::uint32_t most = most_of_rivals(s, sum_of(best));
+  const int d = disparity_of(best);
+  const auto least = static_cast<double>(sum_of(best) - s.left_sum);
+  Seen beside[2] = {at_least(0, d - 1), at_least(0, d + 1)};
+  for (const Seen* other = s.seen; other != s.end; ++other) {
+    if (sum_of(*other) > most) continue;
+    const int away = disparity_of(*other) - d;
+    if (away >= -2 && away <= 2) {
+      if (away == -1) beside[0] = *other;
+      if (away == 1) beside[1] = *other;
       continue;
     }
-    if (other.by != By::kPixels) compare(s, other, most);
-    if (other.sum <= most && least >= params_.uniqueness * static_cast<double>(other.sum - s.left_sum))
+    const Seen at = is_exact(*other) ? *other : compare(s, disparity_of(*other), most, most);
+    if (sum_of(at) <= most && least >= params_.uniqueness * static_cast<double>(sum_of(at) - s.left_sum))
       return false;
   }
-  for (Compared& side : beside) {
-    if (side.by != By::kPixels) compare(s, side, UINT32_MAX);
+  float sums[2];
+  for (int i = 0; i < 2; ++i) {
+    const Seen at =
+        is_exact(beside[i]) ? beside[i] : compare(s, disparity_of(beside[i]), UINT32_MAX, UINT32_MAX);
+    sums[i] = static_cast<float>(sum_of(at));
   }
-  const auto before = static_cast<float>(beside[0].sum);
-  const auto after = static_cast<float>(beside[1].sum);
-  const auto here = static_cast<float>(best.sum);
-  const float steeper = before > after ? before - here : after - here;
-  const float offset = steeper > 0.0F ? 0.5F * (before - after) / steeper : 0.0F;
-  d_px = static_cast<float>(best.d) + offset;
+  const auto here = static_cast<float>(sum_of(best));
+  const float steeper = sums[0] > sums[1] ? sums[0] - here : sums[1] - here;
+  const float offset = steeper > 0.0F ? 0.5F * (sums[0] - sums[1]) / steeper : 0.0F;
+  d_px = static_cast<float>(d) + offset;
   return true;
 }
 

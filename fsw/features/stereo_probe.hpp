@@ -72,9 +72,9 @@ class StereoProbeJob {
   static constexpr std::uint32_t probe_ops(int steps) {
     return 100U + (steps > 0 ? 4U * static_cast<std::uint32_t>(steps) : 0U);
   }
-  /// ... and where everything must be, and the two beside the least once more.
+  /// ... and where everything must be, by columns even twice, and the two beside the least once more.
   static constexpr std::uint32_t most_probe_ops(int steps) {
-    return probe_ops(steps) + 40U * static_cast<std::uint32_t>(steps + 2);
+    return probe_ops(steps) + 48U * static_cast<std::uint32_t>(steps + 2);
   }
   /// Disparities of a probe: most where the range about the plane's ends at the largest.
   static constexpr int most_steps(const StereoProbeParams& p) {
@@ -115,21 +115,14 @@ class StereoProbeJob {
     std::uint32_t columns[cfg::kImageWidth];   ///< sums of the four, halves as above
     std::uint32_t quarters[cfg::kImageWidth];  ///< sums of four columns, from this one on
   };
-  /// By what a sum is known: unless by all pixels, it is no more than the true one.
-  enum class By : std::uint8_t { kQuarters, kColumns, kHalf, kPixels };
-  struct Compared {
-    int d;
-    By by;
-    std::uint32_t sum;     ///< of absolute differences, and of the left window's grey values
-    std::uint32_t second;  ///< of it the second half's, by columns
-  };
+  using Seen = std::uint32_t;  ///< what is known of the sum at a disparity
   /// One probe's.
   struct Search {
     int x;                   ///< left rim of the window in the left image
     std::uint32_t left_sum;  ///< grey values of that window
     std::uint32_t cost;
-    int count;
-    Compared seen[kMaxRange];  ///< what may be the least or its rival
+    Seen* end;
+    Seen seen[kMaxRange];  ///< what may be the least or its rival
   };
 
   static constexpr int kCells = cfg::kImageWidth / kSpacing;  ///< probes of a row, at most
@@ -143,11 +136,11 @@ class StereoProbeJob {
   static void prepare(const ImageU8& image, int v, Band& band);
   Range search_range(int u, int v) const;
   std::uint32_t most_of_rivals(const Search& search, std::uint32_t least) const;
-  std::uint32_t half(int left_x, int x) const;
-  void compare(Search& search, Compared& at, std::uint32_t most) const;
-  Compared find_least(Search& search, const Range& range) const;
+  std::uint32_t half(int left_x, int x, std::uint32_t most) const;
+  Seen compare(Search& search, int d, std::uint32_t by_columns, std::uint32_t most) const;
+  Seen find_least(Search& search, const Range& range) const;
   std::uint32_t probe(int u, int v, const Range& range);
-  bool judge(Search& search, const Compared& best, float& d_px) const;
+  bool judge(Search& search, Seen best, float& d_px) const;
 
   ProbeStatus status_ = ProbeStatus::kIdle;
   StereoProbeParams params_;
