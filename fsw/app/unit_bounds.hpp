@@ -54,6 +54,7 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kBoulders, "evidence: 384 points",
      RegionEvidenceJob::unit_ops(RegionEvidenceJob::kUnitPoints, RegionEvidenceJob::kMostEach)},
     {cfg::Task::kBoulders, "clusters: one point", ClusteringJob::spread_ops(unit_bounds::kRaised)},
+    {cfg::Task::kBoulders, "clusters: numbered", ClusteringJob::number_ops(unit_bounds::kRaised)},
     {cfg::Task::kBoulders, "clusters: begun", BoulderObserver::start_ops(unit_bounds::kRaised)},
     {cfg::Task::kBoulders, "clusters: sorted", BoulderObserver::sort_ops(unit_bounds::kRaised)},
     {cfg::Task::kBoulders, "clusters: one described", BoulderObserver::describe_ops(unit_bounds::kRaised)},

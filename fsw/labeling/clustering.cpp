@@ -22,10 +22,10 @@ ClusteringStatus ClusteringJob::start(const ClusteringParams& params, const Clus
     if (point.label > cfg::kMaxLabels) return status_ = ClusteringStatus::kBadInput;
   }
   points_ = &points;
-  for (std::size_t i = 0; i < points.size(); ++i) root_of_[i] = kNone;
+  for (std::size_t i = 0; i < points.size(); ++i) far_[i] = static_cast<std::uint16_t>(i);
+  far_size_ = points.size();
   cursor_ = 0;
   queue_size_ = 0;
-  seed_ = 0;
   phase_ = Phase::kSpread;
   return status_ = ClusteringStatus::kRunning;
 }
@@ -34,28 +34,35 @@ double ClusteringJob::distance2(std::size_t a, std::size_t b) const {
   return ((*points_)[a].p_m - (*points_)[b].p_m).squaredNorm();
 }
 
-/// Looks around from one reached point; where none is left, from the next point that nothing has reached.
+/// Looks around from one reached point; where none is left, from the first point that nothing has reached.
 void ClusteringJob::spread_unit() {
+  std::size_t next = 0;
   if (cursor_ == queue_size_) {
-    while (root_of_[seed_] != kNone) ++seed_;
-    root_of_[seed_] = static_cast<std::uint16_t>(seed_);
-    queue_[queue_size_++] = static_cast<std::uint16_t>(seed_);
+    const std::uint16_t seed = far_[next++];
+    root_of_[seed] = seed;
+    queue_[queue_size_++] = seed;
   }
   const std::size_t at = queue_[cursor_++];
   const double cut2 = params_.cut_m * params_.cut_m;
   const ClusterPoint* points = points_->data();
-  for (std::size_t i = seed_ + 1; i < points_->size(); ++i) {
-    if (root_of_[i] != kNone) continue;
+  std::size_t still = 0;
+  for (; next < far_size_; ++next) {
+    const std::uint16_t i = far_[next];
     const double dx = points[i].p_m.x() - points[at].p_m.x();
-    if (dx * dx > cut2 || distance2(at, i) > cut2) continue;  // most are far off on the first axis
+    if (dx * dx > cut2 || distance2(at, i) > cut2) {  // most are far off on the first axis
+      far_[still++] = i;
+      continue;
+    }
     root_of_[i] = root_of_[at];
-    queue_[queue_size_++] = static_cast<std::uint16_t>(i);
+    queue_[queue_size_++] = i;
   }
+  far_size_ = still;
   if (cursor_ == points_->size()) phase_ = Phase::kNumber;
 }
 
 /// Roots are the lowest points, so numbering them as they come numbers the clusters as they first occur.
 void ClusteringJob::number_clusters() {
+  for (LabelPoints& points : of_label_) points = LabelPoints();
   for (std::size_t i = 0; i < points_->size(); ++i) {
     const std::size_t root = root_of_[i];
     const auto number = root == i ? static_cast<std::uint16_t>(result_.clusters) : result_.cluster_of[root];
@@ -65,6 +72,10 @@ void ClusteringJob::number_clusters() {
     }
     tally_[number] = 0;
     result_.cluster_of.append(number);
+    LabelPoints& alike = of_label_[(*points_)[i].label];
+    next_[i] = alike.last;
+    alike.last = static_cast<std::uint16_t>(i);
+    ++alike.count;
   }
   cursor_ = 1;
   phase_ = Phase::kLabels;
@@ -73,19 +84,17 @@ void ClusteringJob::number_clusters() {
 /// One label: the cluster of most of its points, and the lowest label there.
 void ClusteringJob::label_unit() {
   const std::size_t label = cursor_++;
+  const std::uint16_t last = of_label_[label].last;
+  for (std::uint16_t i = last; i != kNone; i = next_[i]) ++tally_[result_.cluster_of[i]];
   std::size_t best = kNone;
-  for (std::size_t i = 0; i < points_->size(); ++i) {
-    if ((*points_)[i].label == label) ++tally_[result_.cluster_of[i]];
-  }
-  for (std::size_t i = 0; i < points_->size(); ++i) {
-    if ((*points_)[i].label != label) continue;
+  for (std::uint16_t i = last; i != kNone; i = next_[i]) {
     const std::size_t cluster = result_.cluster_of[i];
     if (best == kNone || tally_[cluster] > tally_[best] ||
         (tally_[cluster] == tally_[best] && cluster < best)) {
       best = cluster;
     }
   }
-  for (std::size_t i = 0; i < points_->size(); ++i) tally_[result_.cluster_of[i]] = 0;
+  for (std::uint16_t i = last; i != kNone; i = next_[i]) tally_[result_.cluster_of[i]] = 0;
   if (best != kNone) {
     if (first_label_[best] == 0) first_label_[best] = static_cast<std::uint8_t>(label);
     result_.merged_label[label] = first_label_[best];
@@ -95,18 +104,17 @@ void ClusteringJob::label_unit() {
 }
 
 bool ClusteringJob::unit(WorkBudget& budget) {
-  const auto n = static_cast<std::uint32_t>(points_->size());
   switch (phase_) {
     case Phase::kSpread:
-      if (!budget.take(spread_ops(n))) return false;
+      if (!budget.take(spread_ops(far_size_))) return false;
       spread_unit();
       return true;
     case Phase::kNumber:
-      if (!budget.take(2U * n)) return false;
+      if (!budget.take(number_ops(points_->size()))) return false;
       number_clusters();
       return true;
     case Phase::kLabels:
-      if (!budget.take(3U * n)) return false;
+      if (!budget.take(label_ops(of_label_[cursor_].count))) return false;
       label_unit();
       return true;
   }

@@ -207,6 +207,24 @@ void test_same_for_every_slicing(void**) {
   }
 }
 
+std::uint64_t ops_of(double cut_m) {
+  (void)job.start({cut_m}, points);
+  WorkBudget all = WorkBudget::unlimited();
+  assert_int_equal(static_cast<int>(job.step(all)), static_cast<int>(Progress::kDone));
+  return all.spent();
+}
+
+/// What is reached is not looked at again, and a label costs by its own points.
+void test_cost(void**) {
+  Random random(6);
+  points.clear();
+  while (!points.full()) add(uniform(random, 0.0, 1.0), 0.0, 0.0, static_cast<int>(random.below(20)));
+  const std::uint64_t n = points.size();
+  const std::uint64_t linear = 20 * n + 10 * cfg::kMaxLabels;
+  assert_at_most(ops_of(2.0), linear);
+  assert_at_most(ops_of(0.0), linear + 2 * n * n);
+}
+
 }  // namespace
 
 int main() {
@@ -219,6 +237,7 @@ int main() {
       cmocka_unit_test(test_labels),
       cmocka_unit_test(test_statuses),
       cmocka_unit_test(test_same_for_every_slicing),
+      cmocka_unit_test(test_cost),
   };
   return cmocka_run_group_tests_name("labeling/clustering", tests, nullptr, nullptr);
 }
