@@ -56,6 +56,7 @@ void BoulderGrid::lay() {
   y0_m_ = y0;
   const double extent = x1 - x0 > y1 - y0 ? x1 - x0 : y1 - y0;
   if (extent * cells_per_m_ > kSide) cells_per_m_ = kSide / extent;
+  reach_per_m_ = cells_per_m_ * (1.0 + 1.0e-9);
   for (std::uint16_t& count : cell_begin_) count = 0;
 }
 
@@ -120,20 +121,26 @@ Progress BoulderGrid::step(WorkBudget& budget) {
 
 BoulderQuery BoulderGrid::query(const GridPoint& at, double radius_m) const {
   CAIRN_ASSERT(status_ == GridStatus::kReady);
-  // A hair more: rounding must not lose a boulder that lies on the circle.
-  const double reach = radius_m * cells_per_m_ * (1.0 + 1.0e-9);
+  const double reach = radius_m * reach_per_m_;
   const double column = (at.x_m - x0_m_) * cells_per_m_;
   const double row = (at.y_m - y0_m_) * cells_per_m_;
-  const auto cell = [](double c) {
-    if (!(c > 0.0)) return 0;
-    return c >= kSide - 1 ? kSide - 1 : static_cast<int>(c);
+  constexpr double kLast = kSide - 1;
+  const double left = column - reach;
+  const double right = column + reach;
+  const double upper = row - reach;
+  const double lower = row + reach;
+  const bool within = left > 0.0 && upper > 0.0 && right < kLast && lower < kLast;  // most are
+  const auto cell = [within](double c) {
+    return static_cast<int>(within || (c > 0.0 && c < kLast) ? c : c >= kLast ? kLast : 0.0);
   };
-  const int x0 = cell(column - reach);
-  const int x1 = cell(column + reach);
-  const int y0 = cell(row - reach);
-  const int y1 = cell(row + reach);
+  const int x0 = cell(left);
+  const int x1 = cell(right);
+  const int y0 = cell(upper);
+  const int y1 = cell(lower);
   std::uint32_t candidates = 0;
-  for (int y = y0; y <= y1; ++y) candidates += cell_begin_[y * kSide + x1 + 1] - cell_begin_[y * kSide + x0];
+  const std::uint16_t* begins = &cell_begin_[y0 * kSide];
+  for (int y = y0; y <= y1; ++y, begins += kSide)
+    candidates += static_cast<std::uint32_t>(begins[x1 + 1] - begins[x0]);
   return {at, radius_m, x0, x1, y0, y1, 0, candidates};
 }
 

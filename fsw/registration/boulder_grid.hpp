@@ -130,12 +130,14 @@ class BoulderGrid {
   double x0_m_ = 0.0;  ///< corner of the grid: the smallest coordinates
   double y0_m_ = 0.0;
   double cells_per_m_ = 1.0;
+  double reach_per_m_ = 1.0;  ///< a hair more: rounding must not lose a boulder that lies on a circle
   std::uint16_t cell_begin_[kSide * kSide + 1] = {};
   std::uint16_t by_cell_[cfg::kMaxMapWindowBoulders] = {};  ///< indices by cell, ascending within a cell
 };
 
+/// Inline: what it visits for then stays in registers.
 template <typename Visit>
-void BoulderGrid::for_each_near(const BoulderQuery& query, Visit visit) const {
+[[gnu::always_inline]] inline void BoulderGrid::for_each_near(const BoulderQuery& query, Visit visit) const {
   CAIRN_ASSERT(status_ == GridStatus::kReady);
   const double radius2 = query.radius_m * query.radius_m;
   std::uint32_t skip = query.skipped;

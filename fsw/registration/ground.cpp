@@ -2,19 +2,40 @@
 
 #include <cmath>
 
-#include "core/exp_log.hpp"
 #include "core/trig.hpp"
 
 namespace cairn {
 namespace {
 
 constexpr double kPerBlock = 30.0;  // boulders in 3 x 3 cells
+constexpr int kBins = Ground::kBins;
 constexpr double kBinWidth = 0.25;
 constexpr double kSmallest_m = 0.005;
 
-int clamp(double value, int count) {
-  if (!(value >= 0.0)) return 0;
-  return value < static_cast<double>(count) ? static_cast<int>(value) : count - 1;
+/// Diameters from which on the bins are; the first one holds what is smaller, too.
+struct SizeBins {
+  double from_m[kBins] = {};
+  constexpr SizeBins() {
+    constexpr double kGrowth = 1.28402541668774148407;  // exp(kBinWidth)
+    double from = kSmallest_m;
+    for (double& bin : from_m) {
+      bin = from;
+      from *= kGrowth;
+    }
+  }
+};
+constexpr SizeBins kSizeBins;
+
+int bin_of(double diameter_m) {
+  int bin = 0;
+  for (int step = 32; step > 0; step /= 2) {
+    if (bin + step < kBins && diameter_m >= kSizeBins.from_m[bin + step]) bin += step;
+  }
+  return bin;
+}
+
+int clamp(double value, double count) {
+  return value >= 0.0 ? static_cast<int>(value < count ? value : count - 1.0) : 0;
 }
 
 }  // namespace
@@ -77,6 +98,7 @@ void Ground::lay_grid() {
   cells_ = clamp(2.0 * radius_m_ / side + 1.0, kMaxCells + 1);
   if (cells_ < 1) cells_ = 1;
   cell_m_ = 2.0 * radius_m_ / cells_;
+  cells_per_m_ = 1.0 / cell_m_;
   area_m2_ = 0.0;
 }
 
@@ -95,13 +117,11 @@ void Ground::lay_row(int y) {
 void Ground::count_one(const GridPoint& m) {
   const auto d = static_cast<double>(m.diameter_m);
   if (d > 0.0) {
-    sizes_[clamp(ln(d / kSmallest_m) / kBinWidth, kBins)] += 1.0F;
+    sizes_[bin_of(d)] += 1.0F;
     sized_ += 1.0F;
   }
   if (m.x_m * m.x_m + m.y_m * m.y_m > radius_m_ * radius_m_) return;
-  const int x = clamp((m.x_m + radius_m_) / cell_m_, cells_);
-  const int y = clamp((m.y_m + radius_m_) / cell_m_, cells_);
-  count_[y * cells_ + x] += 1.0F;
+  count_[cell_of(m.x_m, m.y_m)] += 1.0F;
 }
 
 void Ground::measure_row(int y) {
@@ -118,10 +138,14 @@ void Ground::measure_row(int y) {
   }
 }
 
+int Ground::cell_of(double x_m, double y_m) const {
+  const double count = cells_;
+  return clamp((y_m + radius_m_) * cells_per_m_, count) * cells_ +
+         clamp((x_m + radius_m_) * cells_per_m_, count);
+}
+
 double Ground::density(double x_m, double y_m) const {
-  const int x = clamp((x_m + radius_m_) / cell_m_, cells_);
-  const int y = clamp((y_m + radius_m_) / cell_m_, cells_);
-  return static_cast<double>(density_of_[y * cells_ + x]);
+  return static_cast<double>(density_of_[cell_of(x_m, y_m)]);
 }
 
 void Ground::measure_sizes() {
@@ -136,7 +160,7 @@ void Ground::measure_sizes() {
 }
 
 double Ground::size_density(double diameter_m) const {
-  return static_cast<double>(size_density_[clamp(ln(diameter_m / kSmallest_m) / kBinWidth, kBins)]);
+  return static_cast<double>(size_density_[bin_of(diameter_m)]);
 }
 
 // ---- the cursor -------------------------------------------------------------------------------------------

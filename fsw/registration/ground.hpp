@@ -29,6 +29,7 @@ namespace cairn {
 
 class Ground {
  public:
+  static constexpr int kBins = 40;           ///< of sizes
   static constexpr std::size_t kChunk = 64;  ///< boulders of a unit
   static constexpr std::uint32_t kChunkOps = 35 * kChunk;
   static constexpr std::uint32_t row_ops() { return 36U * kMaxCells; }
@@ -52,7 +53,6 @@ class Ground {
 
  private:
   static constexpr int kMaxCells = 16;  // a side
-  static constexpr int kBins = 40;
 
   enum class Phase : std::uint8_t { kGrid, kBox, kCover, kCount, kDensity, kCrowd };
 
@@ -65,6 +65,7 @@ class Ground {
   void measure_sizes();
   bool crowd_step(WorkBudget& budget);
   double covered(double x0, double y0, double side) const;
+  int cell_of(double x_m, double y_m) const;
 
   GridStatus status_ = GridStatus::kIdle;
   Phase phase_ = Phase::kGrid;
@@ -78,6 +79,7 @@ class Ground {
   double box_[4] = {};     // of the boulders in the disc: x0, x1, y0, y1
   int cells_ = 1;          // a side
   double cell_m_ = 1.0;
+  double cells_per_m_ = 1.0;
   float count_[kMaxCells * kMaxCells] = {};
   float cover_m2_[kMaxCells * kMaxCells] = {};
   float density_of_[kMaxCells * kMaxCells] = {};

@@ -178,7 +178,7 @@ void PoseSearchJob::rank(std::size_t end) {
     const double t2 = s.sigma_m * s.sigma_m * (1.5 + 2.0 * r.d2 / (length_m_ * length_m_));
     r.c = at_one - ln(t2);
     r.half_info = 0.5 / t2;
-    double radius2 = (r.c - miss_) / r.half_info;
+    double radius2 = (r.c - miss_) * 2.0 * t2;
     if (radius2 > kLookSigmas * kLookSigmas * t2) radius2 = kLookSigmas * kLookSigmas * t2;
     r.radius = radius2 > 0.0 ? std::sqrt(radius2) : 0.0;
     order_.append(static_cast<std::uint16_t>(ranked_.size()));
