@@ -392,9 +392,10 @@ void VisualOdometry::start_alignment() {
 }
 
 bool VisualOdometry::apart(const Pose3& T_a_ref, const Pose3& T_b_ref, double least_px) {
+  const double enough2 = least_px * least_px * static_cast<double>(reference().valid_points);
   double sum2 = 0.0;
   int count = 0;
-  for (std::size_t i = 0; i < reference().points.size(); ++i) {
+  for (std::size_t i = 0; i < reference().points.size() && !(sum2 > enough2); ++i) {
     const StereoPoint& point = reference().points[i];
     if (!point.valid) continue;
     const Vec3 p = reference().point_m(rig_, i);
