@@ -30,7 +30,7 @@ struct LocalBoulder {
   std::uint16_t sightings = 0;  ///< frames in which it was seen
   bool counted = false;         ///< as evidence, in a window before (localizer/carried_hypothesis.hpp)
   bool in_view = false;         ///< in the last frame that boulders were looked for in
-  bool fresh = true;            ///< no fix has been made of it
+  float fresh = 1.0F;           ///< share of what it tells that no fix has been made of
 };
 /// The ground boulders of the last frames.
 using LocalMap = FixedVector<LocalBoulder, cfg::kMaxLocalBoulders>;

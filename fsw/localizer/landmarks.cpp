@@ -83,13 +83,26 @@ void Landmarks::conclude() {
   survey_ = nullptr;
 }
 
-void Landmarks::used(const LocalMap& local) {
+void Landmarks::used(const LocalMap& local, double pixel_m) {
   for (const LocalBoulder& b : local) {
-    if (b.fresh) continue;
+    if (b.fresh > 0.0F) continue;
+    const double tells = information(b, pixel_m);
     for (Landmark& l : landmarks_) {
-      if (l.id == b.id && is_fresh(l)) l.used_m = l.nearest_m;
+      if (l.id == b.id && tells > l.told) l.told = tells;
     }
   }
+}
+
+double Landmarks::common_m(double pixel_m) const {
+  const double of_map = params_.common_share * pixel_m;
+  return std::sqrt(of_map * of_map + params_.common_own_m * params_.common_own_m);
+}
+
+/// Of a pair with the map, on an axis.
+double Landmarks::information(const LocalBoulder& b, double pixel_m) const {
+  const auto own = static_cast<double>(b.sigma_m);
+  const double pair = sigma_pair_m(pixel_m);
+  return 1.0 / (own * own + pair * pair);
 }
 
 void Landmarks::build(double pixel_m, double way_m, LocalMap& out) const {
@@ -110,7 +123,8 @@ void Landmarks::build(double pixel_m, double way_m, LocalMap& out) const {
     b.id = l.id;
     b.sightings = l.surveys;
     b.in_view = since <= 1.0;
-    b.fresh = is_fresh(l);
+    const double tells = information(b, pixel_m);
+    b.fresh = l.told < tells ? static_cast<float>(1.0 - l.told / tells) : 0.0F;
     if (!out.push_back(b)) return;
   }
 }

@@ -20,9 +20,11 @@
 /// looks wider by `rims_m`.
 /// Not offered either: those with more than `max_open` of the rim that faces the rover not seen yet.
 ///
-/// What a fix is made of. All that is offered goes into the proof, but each landmark moves the pose once, and
-/// once more where it was seen from `again` of that range: depth is good to the square of it. Landmarks stay
-/// for the whole window, so that otherwise the same few would be believed at every fix, the later the more.
+/// What a fix is made of. All that is offered goes into the proof, but each landmark moves the pose by what no
+/// fix has been told of it yet. Landmarks stay for the whole window, so that otherwise the same few would be
+/// believed at every fix, the later the more. With `told` the information of a pair, 1 / (own^2 + pair^2), at
+/// the fix that it was most at, the share of it that is fresh is 1 - told / now: seen from nearer, its own
+/// place is known better, but where the map has it is as far off as it was.
 ///
 /// Lengths that are a matter of how large the boulders are go with the relief's cell.
 ///
@@ -46,13 +48,14 @@ struct LandmarkParams {
   double noise_m = cfg::kMission.drift_noise_xy_m;  ///< of one metre of way
   double range_share = 0.012;
   double rims_m = 1.6 * cfg::kMission.relief_cell_m;
-  double again = 0.6;  ///< seen from so much nearer than when a fix was made of it, a landmark is fresh
   double drift_share = 0.004;
   /// Of VerdictParams::view_log: few are in view, and those that a map leaves out stand together. At 100 to
   /// 1, as of the window, one right fix in 300 was taken for a slip.
   double view_nats = 9.2;
   double pixel_share = 0.4;   ///< error of a boulder's place in the map, on an axis, pixels
   double common_share = 0.4;  ///< what all of them have of it in common: sunlit sides, a shift of the image
+  /// What all landmarks have in common, on an axis: the side that they were seen from, windows that smear.
+  double common_own_m = 0.5 * cfg::kMission.relief_cell_m;
 };
 
 class Landmarks {
@@ -71,13 +74,13 @@ class Landmarks {
              double fresh_m);
   Progress step(WorkBudget& budget);
   bool open() const { return survey_ != nullptr; }
-  /// A fix was made of those that are no longer fresh.
-  void used(const LocalMap& local);
+  /// A fix by a map of such pixels was made of those that are no longer fresh.
+  void used(const LocalMap& local, double pixel_m);
   /// Those that a map of such pixels can hold.
   void build(double pixel_m, double way_m, LocalMap& out) const;
   /// Of a pair with such a map, beside the landmark's own error.
   double sigma_pair_m(double pixel_m) const { return params_.pixel_share * pixel_m; }
-  double common_m(double pixel_m) const { return params_.common_share * pixel_m; }  ///< of the whole map
+  double common_m(double pixel_m) const;  ///< of all pairs with it
   std::size_t size() const { return landmarks_.size(); }
   std::uint32_t created() const { return next_id_; }
 
@@ -87,10 +90,10 @@ class Landmarks {
     double nearest_m = 0.0;
     std::uint32_t id = 0;
     std::uint16_t surveys = 0;
-    bool found = false;   ///< in this survey
-    double used_m = 0.0;  ///< from so near, when a fix was made of it; 0: never
+    bool found = false;  ///< in this survey
+    double told = 0.0;   ///< 1/m2, the most that a fix took it for; 0: none was made of it
   };
-  bool is_fresh(const Landmark& l) const { return l.used_m == 0.0 || l.nearest_m < params_.again * l.used_m; }
+  double information(const LocalBoulder& b, double pixel_m) const;
   void take(const ReliefBoulder& b);
   void conclude();
 

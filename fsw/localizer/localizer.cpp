@@ -803,7 +803,7 @@ FixStatus Localizer::take_map_fix() {
       turn_about(fix_pivot_map_m_, r.at_snapshot);
       turn_about(planar(T_map_rover()).translation(), r.since);
       applied_created_ = fix_created_;
-      if (by_landmarks()) landmarks_.used(map_fix_.local());
+      if (by_landmarks()) landmarks_.used(map_fix_.local(), map_.pixel_m());
       heights_due_ = true;
       if (fix_.lost) tilt_.leave_ground();
     } else {

@@ -292,7 +292,7 @@ void MapFix::mark_used(const Evidence& best, const Sightings& sightings) {
   for (std::size_t i = 0; i < sightings.size(); ++i) {
     if ((best.on_map[i / 32] >> (i % 32) & 1U) == 0U) continue;
     LocalBoulder& boulder = local_[sightings[i].local];
-    boulder.fresh = false;
+    boulder.fresh = 0.0F;
     far_m += std::sqrt((boulder.p_site_m - pivot_site_m_).squaredNorm());
     used += 1.0;
   }

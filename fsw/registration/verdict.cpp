@@ -221,16 +221,17 @@ void EvidenceJob::add(const Sighting& s, const Vec2& d, double to_weight) {
   sum_r2_m2_ += r2;
   const bool on_map = last_ && weight > 0.5;
   if (on_map) result_.on_map[cursor_ / 32] |= 1U << (cursor_ % 32);
-  for (int k = kAll; k <= (on_map && s.fresh ? kFresh : kAll); ++k) {
+  for (int k = kAll; k <= (on_map && s.fresh > 0.0F ? kFresh : kAll); ++k) {
     Pairs& pairs = pairs_[k];
-    pairs.weight += weight * info;
-    pairs.x += weight * info * d.x();
-    pairs.y += weight * info * d.y();
-    pairs.d2 += weight * info * d.squaredNorm();
-    pairs.pull[0] += info * x;
-    pairs.pull[1] += info * y;
-    pairs.pull[2] += info * (d.x() * y - d.y() * x);
-    pairs.pull[3] += info * (d.x() * x + d.y() * y) * per_scale();
+    const double told = k == kFresh ? info * static_cast<double>(s.fresh) : info;
+    pairs.weight += weight * told;
+    pairs.x += weight * told * d.x();
+    pairs.y += weight * told * d.y();
+    pairs.d2 += weight * told * d.squaredNorm();
+    pairs.pull[0] += told * x;
+    pairs.pull[1] += told * y;
+    pairs.pull[2] += told * (d.x() * y - d.y() * x);
+    pairs.pull[3] += told * (d.x() * x + d.y() * y) * per_scale();
   }
   if (!last_) return;
   const double xx = info * info * (near_.xx * to_weight - x * x);
@@ -344,7 +345,7 @@ void EvidenceJob::multiply(std::size_t end) {
     const double counts = echo ? echo_ * term : term;
     sum += counts;
     before += (*sightings_)[i].in_view ? 0.0 : counts;
-    used += (*sightings_)[i].fresh ? 0.0 : counts;
+    used += (1.0 - static_cast<double>((*sightings_)[i].fresh)) * counts;
   }
   sums_[share_] = sum;
   before_[share_] = before;

@@ -76,7 +76,7 @@ struct Sighting {
   double size_density = 0.0;  ///< Ground::size_density of it; 0 = sizes are not looked at
   std::uint16_t local = 0;    ///< index in the LocalMap
   bool in_view = false;       ///< LocalBoulder::in_view
-  bool fresh = true;          ///< LocalBoulder::fresh
+  float fresh = 1.0F;         ///< LocalBoulder::fresh
   std::uint16_t cluster = 0;  ///< the same for those that hang together: the lowest index among them
 };
 using Sightings = FixedVector<Sighting, cfg::kMaxLocalBoulders>;

@@ -257,7 +257,7 @@ void serve_by_landmarks(double pixel_m, ForecastModel& model) {
   model.detection = fit.found;
   model.detection.half_m *= pixel_m;
   model.rock_half_m = fit.rock_px * pixel_m;
-  model.sigma_common_m = landmarks.common_share * pixel_m;
+  model.sigma_common_m = std::hypot(landmarks.common_share * pixel_m, landmarks.common_own_m);
   model.evidence.sigma_pair_m = landmarks.pixel_share * pixel_m;
   model.footprint_sigma_m = fit.footprint_cells * cfg::kMission.relief_cell_m;
   model.sigma_pair_m = std::hypot(landmarks.pixel_share * pixel_m, cfg::kMission.relief_cell_m);

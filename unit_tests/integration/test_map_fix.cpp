@@ -159,7 +159,7 @@ void test_what_fresh_boulders_say(void**) {
   for (std::uint64_t seed = 0; seed < kTrials; ++seed) {
     lay(seed);
     for (std::size_t i = 0; i < 9; ++i) {
-      local_map[i].fresh = false;
+      local_map[i].fresh = 0.0F;
       local_map[i].p_site_m.x() -= kBent_m;  // the map lies farther along x, for them
     }
     const Pose2 from = about_rover(kTruth.yaw_rad + 0.02, Vec2(0.06, -0.05));
@@ -171,7 +171,7 @@ void test_what_fresh_boulders_say(void**) {
     fresh_aside += off.dot(aside) / kTrials;
     chi2 += error.dot(Vec3(r.fresh_covariance.inverse() * error)) / kTrials;
     int still = 0;
-    for (std::size_t i = 0; i < 18; ++i) still += job.local()[i].fresh ? 1 : 0;
+    for (std::size_t i = 0; i < 18; ++i) still += job.local()[i].fresh > 0.0F ? 1 : 0;
     assert_at_most(still, 4);
   }
   assert_at_least(all_aside, 0.02);
@@ -180,24 +180,40 @@ void test_what_fresh_boulders_say(void**) {
   assert_at_most(chi2, 5.0);
 }
 
+/// Boulders of which a fix was told three quarters tell a quarter of what they would tell unused, of the same
+/// offset; those that are fresh in part are proven by their share of what proves the fix.
+void test_what_was_told_in_part(void**) {
+  lay(5);
+  const Pose2 from = about_rover(kTruth.yaw_rad + 0.02, Vec2(0.06, -0.05));
+  assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+  const MapFixResult whole = job.result();
+  for (LocalBoulder& b : local_map) b.fresh = 0.25F;
+  assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+  const MapFixResult& part = job.result();
+  assert_near((0.25 * part.fresh_covariance - whole.fresh_covariance).norm(), 0.0, 1.0e-8);
+  assert_near((part.fresh_offset - whole.fresh_offset).norm(), 0.0, 1.0e-6);
+  assert_near((part.offset - whole.offset).norm(), 0.0, 0.0);
+  assert_false(part.fresh_unproven);
+}
+
 /// A lone fresh boulder that happens to lie by one of the map's is told from nine that are on it.
 void test_fresh_boulders_need_a_proof_of_their_own(void**) {
   const Pose2 from = about_rover(kTruth.yaw_rad + 0.02, Vec2(0.06, -0.05));
   int unproven = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     lay(seed);
-    for (std::size_t i = 0; i < 17; ++i) local_map[i].fresh = false;
+    for (std::size_t i = 0; i < 17; ++i) local_map[i].fresh = 0.0F;
     local_map[17].p_site_m.x() += 0.1;
     assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
     const bool silent = job.result().fresh_covariance(0, 0) > 1.0e5;
     assert_true(job.result().fresh_unproven || silent);
     unproven += job.result().fresh_unproven ? 1 : 0;
     lay(seed);
-    for (std::size_t i = 0; i < 9; ++i) local_map[i].fresh = false;
+    for (std::size_t i = 0; i < 9; ++i) local_map[i].fresh = 0.0F;
     assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
     assert_false(job.result().fresh_unproven);
     // Without others they prove the fix themselves.
-    for (LocalBoulder& b : local_map) b.fresh = true;
+    for (LocalBoulder& b : local_map) b.fresh = 1.0F;
     assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
     assert_false(job.result().fresh_unproven);
   }
@@ -207,7 +223,7 @@ void test_fresh_boulders_need_a_proof_of_their_own(void**) {
 /// None is fresh: the fix is proven, and says nothing.
 void test_no_boulder_is_fresh(void**) {
   lay(5);
-  for (LocalBoulder& b : local_map) b.fresh = false;
+  for (LocalBoulder& b : local_map) b.fresh = 0.0F;
   const Pose2 from = about_rover(kTruth.yaw_rad, Vec2(0.05, 0.0));
   assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
   for (int k = 0; k < 3; ++k) assert_at_least(job.result().fresh_covariance(k, k), 1.0e5);
@@ -234,7 +250,7 @@ void test_a_wide_prior_on_sparse_ground(void**) {
   assert_near(r.fresh_covariance(0, 0), r.covariance(0, 0), 0.0);
   assert_near((r.fresh_offset - r.offset).norm(), 0.0, 0.0);
   int used = 0;
-  for (const LocalBoulder& b : job.local()) used += b.fresh ? 0 : 1;
+  for (const LocalBoulder& b : job.local()) used += b.fresh > 0.0F ? 0 : 1;
   assert_in_range(used, 8, 14);
 }
 
@@ -531,6 +547,7 @@ int main() {
       cmocka_unit_test(test_tracked_fix_is_right),
       cmocka_unit_test(test_the_prior_is_taken_out_again),
       cmocka_unit_test(test_what_fresh_boulders_say),
+      cmocka_unit_test(test_what_was_told_in_part),
       cmocka_unit_test(test_fresh_boulders_need_a_proof_of_their_own),
       cmocka_unit_test(test_no_boulder_is_fresh),
       cmocka_unit_test(test_a_wide_prior_on_sparse_ground),

@@ -130,29 +130,50 @@ void test_drift_between_boulders(void**) {
   assert_false(m[0].in_view);
 }
 
-/// A landmark moves the pose once, and once more where it was seen from much nearer, by however small steps.
-void test_each_is_fresh_once(void**) {
+/// However often a landmark is seen and a fix made of it, all fixes together take from it what the last and
+/// best sight of it tells: never more than where the map has it is known.
+void test_nothing_is_told_twice(void**) {
+  constexpr double kPixel_m = 0.25;
+  const LandmarkParams p;
+  const auto tells = [&](const LocalBoulder& b) {
+    const double pair = landmarks.sigma_pair_m(kPixel_m);
+    return 1.0 / (static_cast<double>(b.sigma_m * b.sigma_m) + pair * pair);
+  };
   fresh();
   take({at(10.0, 0.0, 1.0, 0.0), at(10.0, 3.0, 1.0, 0.0)}, 0.0, 0.0);
   LocalMap used = offered(0.0);
-  assert_true(used[0].fresh && used[1].fresh);
-  used[0].fresh = false;  // of the two, a fix was made of it
-  landmarks.used(used);
-  assert_false(offered(0.0)[0].fresh);
-  assert_true(map[1].fresh);
-  const LandmarkParams p;
+  assert_true(used[0].fresh == 1.0F && used[1].fresh == 1.0F);
+  double told = tells(used[0]);
+  used[0].fresh = 0.0F;  // of the two, a fix was made of it
+  landmarks.used(used, kPixel_m);
+  assert_true(offered(0.0)[0].fresh == 0.0F);
+  assert_true(map[1].fresh == 1.0F);
   int again = 0;
   for (double x = 1.0; x < 9.0; x += 1.0) {
     take({at(10.0, 0.0, 1.0, x), at(10.0, 3.0, 1.0, x)}, x, x);
     LocalMap now = offered(x);
-    if (now[0].fresh) {
-      ++again;
-      assert_at_most(10.0 - x, p.again * 10.0);
-    }
-    now[0].fresh = false;
-    landmarks.used(now);
+    again += now[0].fresh > 0.0F ? 1 : 0;
+    told += tells(now[0]) * static_cast<double>(now[0].fresh);
+    assert_near(told / tells(now[0]), 1.0, 1.0e-3);
+    assert_at_most(told, 1.0 / std::pow(landmarks.sigma_pair_m(kPixel_m), 2));
+    now[0].fresh = 0.0F;
+    landmarks.used(now, kPixel_m);
+    assert_true(offered(x)[0].fresh == 0.0F);
   }
-  assert_int_equal(again, 2);  // from 5 m, and from 2
+  assert_at_least(again, 8);
+  // Left behind, it is known ever worse against the rover.
+  take({}, 40.0, 40.0);
+  assert_true(offered(40.0)[0].fresh == 0.0F);
+}
+
+/// What landmarks lie aside as one, by the side that they were seen from, is an error of all fixes by them,
+/// as a map's own shift is; a fine pixel takes nothing of it.
+void test_what_all_pairs_have_in_common(void**) {
+  fresh();
+  const LandmarkParams p;
+  assert_near(landmarks.common_m(1.0e-6), p.common_own_m, 1.0e-9);
+  assert_near(landmarks.common_m(1.0e3), p.common_share * 1.0e3, 1.0e-3);
+  assert_near(landmarks.common_m(0.25), std::hypot(p.common_own_m, p.common_share * 0.25), 1.0e-9);
 }
 
 void test_full_replaces_the_oldest(void**) {
@@ -191,7 +212,8 @@ int main() {
       cmocka_unit_test(test_beyond_what_is_sure_nothing_changes),
       cmocka_unit_test(test_offers_what_the_map_can_hold),
       cmocka_unit_test(test_drift_between_boulders),
-      cmocka_unit_test(test_each_is_fresh_once),
+      cmocka_unit_test(test_nothing_is_told_twice),
+      cmocka_unit_test(test_what_all_pairs_have_in_common),
       cmocka_unit_test(test_full_replaces_the_oldest),
       cmocka_unit_test(test_slices_do_not_matter),
   };
