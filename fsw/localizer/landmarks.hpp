@@ -20,10 +20,10 @@
 /// looks wider by `rims_m`.
 /// Not offered either: those with more than `max_open` of the rim that faces the rover not seen yet.
 ///
-/// What a fix is made of. All that is offered goes into the proof, but each landmark moves the pose by what no
-/// fix has been told of it yet. Landmarks stay for the whole window, so that otherwise the same few would be
-/// believed at every fix, the later the more. With `told` the information of a pair, 1 / (own^2 + pair^2), at
-/// the fix that it was most at, the share of it that is fresh is 1 - told / now: seen from nearer, its own
+/// What a fix is made of. All that is offered goes into the proof, but each landmark moves the pose by what
+/// no fix has been told of it yet. Landmarks stay for the whole window, so that otherwise the same few would
+/// be believed at every fix, the later the more. With `told` the information of a pair, 1 / (own^2 + pair^2),
+/// at the fix that it was most at, the share of it that is fresh is 1 - told / now: seen from nearer, its own
 /// place is known better, but where the map has it is as far off as it was.
 ///
 /// Lengths that are a matter of how large the boulders are go with the relief's cell.
