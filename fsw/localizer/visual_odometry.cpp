@@ -9,10 +9,11 @@ namespace {
 
 constexpr double kRealignPx = 0.75;  // mean square shift of the predictions that asks for another alignment
 constexpr double kMinDepth = 0.05;
-constexpr float kRounded = 1024.0F;  // half a grey level, as PatchTemplate::variance has it
-constexpr double kStill_px = 0.5;    // between two pictures, of a point that does not move
-constexpr double kMoves_px = 3.0;    // of one that the motion moves
-constexpr int kMostElapsed = 1000;   // frames; over more than that no reference lasts
+constexpr float kGreyLevel2 = 4096.0F;  // as PatchTemplate::variance has it
+constexpr float kContrast = 1.0F / 32.0F;
+constexpr double kStill_px = 0.5;   // between two pictures, of a point that does not move
+constexpr double kMoves_px = 3.0;   // of one that the motion moves
+constexpr int kMostElapsed = 1000;  // frames; over more than that no reference lasts
 // Difference of Gaussians (image/gaussian.hpp) of white noise of 1, and how much more than that deviation the
 // strongest extrema of each cell have on the average.
 constexpr double kNoiseResponse = 0.112;
@@ -458,12 +459,12 @@ bool VisualOdometry::align_left(std::size_t i) {
   return aligned_.left.status == AlignStatus::kAligned;
 }
 
-/// What of the patch looks otherwise now, a rock's side above all, has moved otherwise: the more of it, the
-/// less the point says. By its root: in proportion, few points would outweigh all others, and a rig that is
-/// not quite what its calibration says would pull the more.
+/// What of the patch looks otherwise now, a rock's side or its shadow's rim above all, has moved otherwise: the
+/// more of it, the less the point says. Such patches are those of much contrast, and what interpolation blurs
+/// of any patch is a share of its contrast: that counts a little, too. A grey level tells nothing.
 float VisualOdometry::weight_of(float correlation) const {
-  const float unlike = std::fabs(1.0F - correlation * correlation) * aligned_.patch.variance;
-  return static_cast<float>(1.0 / std::sqrt(static_cast<double>(kRounded + unlike)));
+  const float unlike = std::fabs(1.0F - correlation * correlation) + kContrast;
+  return 1.0F / (kGreyLevel2 + unlike * aligned_.patch.variance);
 }
 
 void VisualOdometry::align_right(std::size_t i) {

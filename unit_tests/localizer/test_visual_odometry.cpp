@@ -230,6 +230,47 @@ void test_patches_that_change_count_less(void**) {
   assert_at_most(std::sqrt(sum2), 1e-4);  // 1.2e-4 where all count alike
 }
 
+/// Small shadows that wander over the ground, all one way: they look alike from picture to picture, but are of
+/// more contrast than the ground, and count less.
+void test_contrast_counts_less(void**) {
+  constexpr int kSpots = 60;
+  constexpr double kWander_m = 0.0005;  // a frame
+  VoParams params;
+  params.rectification.enabled = false;
+  const auto spotted = [](int k, bool right, const std::uint8_t* pixels, std::uint8_t* out) {
+    std::memcpy(out, pixels, kPixels);
+    Random random(9);
+    for (int n = 0; n < kSpots; ++n) {
+      const double x = test::uniform(random, 0.8, 3.0);
+      const double y = test::uniform(random, -1.0, 1.0);
+      const StereoPixel at = project(kRig, T_world_cam[k].inverse() * Vec3(x, y + kWander_m * k, 0.0));
+      const double u0 = right ? at.u_right : at.u_left;
+      const double v0 = at.v_left;
+      for (int v = static_cast<int>(v0) - 6; v <= static_cast<int>(v0) + 6; ++v) {
+        for (int u = static_cast<int>(u0) - 6; u <= static_cast<int>(u0) + 6; ++u) {
+          if (u < 0 || v < 0 || u >= kWidth || v >= kHeight) continue;
+          const std::size_t i = static_cast<std::size_t>(v) * kWidth + static_cast<std::size_t>(u);
+          const double r2 = (u - u0) * (u - u0) + (v - v0) * (v - v0);
+          out[i] = static_cast<std::uint8_t>(out[i] * (1.0 - 0.8 * std::exp(-0.15 * r2)));
+        }
+      }
+    }
+    return view(out);
+  };
+  assert_true(vo.init(params, kRig));
+  double sum2 = 0.0;
+  for (int k = 0; k < kFrames; ++k) {
+    const VoStatus status =
+        run(vo, spotted(k, false, left_pixels[k], scratch[0]), spotted(k, true, right_pixels[k], scratch[1]));
+    if (k == 0) continue;
+    assert_status(status, VoStatus::kMotion);
+    const StepError e = error_of(vo.result().T_prev_cur, k - 1, k);
+    sum2 += e.translation_m * e.translation_m / (kFrames - 1);
+  }
+  print_message("spots that wander: rms of a step %.6f m\n", std::sqrt(sum2));
+  assert_at_most(std::sqrt(sum2), 7e-5);  // 8.7e-5 where all count alike
+}
+
 void test_paper_exact_is_less_accurate(void**) {
   VoParams paper;
   paper.paper_exact = true;
@@ -584,6 +625,7 @@ int main() {
       cmocka_unit_test(test_standing_still),
       cmocka_unit_test(test_standing_for_long_does_not_drift),
       cmocka_unit_test(test_patches_that_change_count_less),
+      cmocka_unit_test(test_contrast_counts_less),
       cmocka_unit_test(test_paper_exact_is_less_accurate),
       cmocka_unit_test(test_bad_images),
       cmocka_unit_test(test_images_without_features),

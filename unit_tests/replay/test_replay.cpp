@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x10EBE0D5U, 0, 0};
-constexpr Golden kWhole = {35, 0xF30595F4U, 0x00DD6A86U, 0x210C1A03U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0x60236DD8U, 0, 0};
+constexpr Golden kWhole = {35, 0xE2B93FE4U, 0xBDAD2FB8U, 0x6F9A220AU};  // with the fix of frame 30
 
 tape::Telemetry t;
 
