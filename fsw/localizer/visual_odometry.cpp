@@ -461,8 +461,7 @@ bool VisualOdometry::align_left(std::size_t i) {
 
 /// What of the patch looks otherwise now, a rock's side or the rim of its shadow above all, has moved
 /// otherwise: the more of it, the less the point says. Such patches are those of much contrast, and what
-/// interpolation blurs of any patch is a share of its contrast: that counts a little, too. A grey level tells
-/// nothing.
+/// interpolation blurs of any patch is a share of its contrast: that counts a little, too.
 float VisualOdometry::weight_of(float correlation) const {
   const float unlike = std::fabs(1.0F - correlation * correlation) + kContrast;
   return 1.0F / (kGreyLevel2 + unlike * aligned_.patch.variance);

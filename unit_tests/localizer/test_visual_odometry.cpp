@@ -230,8 +230,7 @@ void test_patches_that_change_count_less(void**) {
   assert_at_most(std::sqrt(sum2), 1e-4);  // 1.2e-4 where all count alike
 }
 
-/// Small shadows that wander over the ground, all one way: they are of more contrast than the ground, and
-/// count less.
+/// Small shadows that wander over the ground, all one way. Their contrast is more than the ground's.
 void test_contrast_counts_less(void**) {
   constexpr int kSpots = 60;
   constexpr double kWander_m = 0.0005;  // a frame
