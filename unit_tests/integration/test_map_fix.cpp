@@ -194,6 +194,10 @@ void test_what_was_told_in_part(void**) {
   assert_near((part.fresh_offset - whole.fresh_offset).norm(), 0.0, 1.0e-6);
   assert_near((part.offset - whole.offset).norm(), 0.0, 0.0);
   assert_false(part.fresh_unproven);
+  // Of a hundredth nothing is a proof, however well all of them prove the fix.
+  for (LocalBoulder& b : local_map) b.fresh = 0.01F;
+  assert_status(tracked(from, covariance(0.1, 0.03)), MapFixStatus::kAccepted);
+  assert_true(job.result().fresh_unproven);
 }
 
 /// A lone fresh boulder that happens to lie by one of the map's is told from nine that are on it.

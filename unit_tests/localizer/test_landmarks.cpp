@@ -164,6 +164,10 @@ void test_nothing_is_told_twice(void**) {
   // Left behind, it is known ever worse against the rover.
   take({}, 40.0, 40.0);
   assert_true(offered(40.0)[0].fresh == 0.0F);
+  // A fix made of it there takes nothing back: seen again as well as before, it has nothing new.
+  landmarks.used(offered(40.0), kPixel_m);
+  take({at(10.0, 0.0, 1.0, 44.0), at(10.0, 3.0, 1.0, 44.0)}, 8.0, 44.0);
+  assert_true(offered(44.0)[0].fresh == 0.0F);
 }
 
 /// What landmarks lie aside as one, by the side that they were seen from, is an error of all fixes by them,
