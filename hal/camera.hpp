@@ -25,7 +25,8 @@ struct StereoInfo {
   int right_height = 0;
 };
 
-/// Takes the next pair where there is one. False: none yet; the buffer is untouched.
+/// Takes the next pair where there is one. False: none yet, or one that is still on its way into the buffer,
+/// which is the camera's until a call gives true: where the processor copies, it may do so in pieces, a call each.
 [[nodiscard]] bool camera_take(const StereoBuffer& buffer, StereoInfo& info);
 
 }  // namespace cairn::hal

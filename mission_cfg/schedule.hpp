@@ -41,6 +41,10 @@ static_assert(static_cast<std::size_t>(Task::kFixApply) + 1 == kTaskCount, "a we
 /// frame all the same. 13 cycles of the RAD750 an operation against 2.7.
 inline constexpr std::uint32_t kRawPairWeight = 5;
 
+/// The same of a map's validation and of an upload's, done between minor frames: 7 cycles of the RAD750, and 14
+/// of the LEON3, to 2.7 and 4.7.
+inline constexpr std::uint32_t kMapWeight = 3;
+
 /// Work on images grows with them. The longest frames met, operations a pixel: VO 246, on texture of a pixel;
 /// boulders 86, in noise, and with landmarks, which are looked for farther off, 195.
 inline constexpr std::uint32_t kVoOps = 300 * static_cast<std::uint32_t>(kImagePixels);
@@ -66,7 +70,7 @@ inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 
 /// Weighted operations that one call of the executive's cycle may spend: how long the caller's main loop may
 /// be held up. One unit more, at most.
-inline constexpr std::uint32_t kSliceOps = 750'000;
+inline constexpr std::uint32_t kSliceOps = 450'000;
 
 /// Whether the row is one of this minor frame.
 constexpr bool is_of(const ScheduleRow& row, int minor) {

@@ -23,6 +23,15 @@ StereoRig mission_rig() {
 
 namespace {
 
+/// Goes on with what is no row of the schedule, in its share of the slice: an operation of it weighs more.
+template <typename Job>
+Progress go_on(Job& job, std::uint32_t weight, WorkBudget& slice) {
+  WorkBudget share(slice.left() < weight ? 1U : slice.left() / weight);
+  const Progress progress = job.step(share);
+  slice.charge(share.spent() * weight);
+  return progress;
+}
+
 /// As it was made. On a frame of its own, which is given back before anything deeper is called.
 template <typename T>
 [[gnu::noinline]] void clear(T& out) {
@@ -202,13 +211,13 @@ bool FlightApp::verify_upload(WorkBudget& slice) {
     report_upload();
   }
   if (transfer_.status() != TransferStatus::kVerifying) return false;
-  if (transfer_.step(slice) == Progress::kDone) report_upload();
+  if (go_on(transfer_, cfg::kMapWeight, slice) == Progress::kDone) report_upload();
   return true;
 }
 
 bool FlightApp::validate_map(WorkBudget& slice) {
   if (!validating_) return false;
-  if (validation_.step(slice) == Progress::kDone) {
+  if (go_on(validation_, cfg::kMapWeight, slice) == Progress::kDone) {
     validating_ = false;
     map_status_ = validation_.status();
     const hal::Bytes bank = hal::map_bank();
@@ -260,10 +269,8 @@ bool FlightApp::take_pair() {
 
 bool FlightApp::rectify_pair(WorkBudget& slice) {
   if (!rectifier_.busy()) return false;
-  WorkBudget share(slice.left() < cfg::kRawPairWeight ? 1U : slice.left() / cfg::kRawPairWeight);
-  const bool done = rectifier_.step(share) == Progress::kDone;
-  slice.charge(share.spent() * cfg::kRawPairWeight);
-  if (done) begin_pair(rectifier_.left(), rectifier_.right());
+  if (go_on(rectifier_, cfg::kRawPairWeight, slice) == Progress::kDone)
+    begin_pair(rectifier_.left(), rectifier_.right());
   return true;
 }
 

@@ -52,7 +52,9 @@ TapeStatus play(int frames, Telemetry& telemetry, std::uint32_t slice_ops) {
   if (status != TapeStatus::kReady) return status;
   on_telemetry(listen);
   if (app::root.init(LocalizerParams(), rig) != LocalizerStatus::kReady) return TapeStatus::kNoRig;
-  while (telemetry.frames < frames && app::root.cycle(slice_ops) == app::FlightApp::State::kBusy) {
+  // It is idle while a pair is on its way.
+  while (telemetry.frames < frames &&
+         (app::root.cycle(slice_ops) == app::FlightApp::State::kBusy || !at_end())) {
   }
   return TapeStatus::kReady;
 }

@@ -13,8 +13,12 @@ namespace cairn {
 namespace tape {
 namespace {
 
+/// What is copied of each image in one call: the processor does it, and no call may be longer than jobs' units.
+constexpr std::size_t kPieceBytes = 8192;
+
 struct Deck {
   const std::uint8_t* next = nullptr;  ///< the record that comes; its structure has been checked
+  std::size_t copied[2] = {};          ///< bytes of its images, where it is a pair, that have been delivered
   hal::Bytes map;
   void (*sink)(const std::uint8_t*, std::size_t) = nullptr;
 };
@@ -24,7 +28,13 @@ Record type() { return static_cast<Record>(be::get_u32(deck.next)); }
 std::uint32_t size() { return be::get_u32(deck.next + 4); }
 const std::uint8_t* body() { return deck.next + kRecordHeaderBytes; }
 std::size_t padded(std::uint32_t bytes) { return (std::size_t{bytes} + 3U) & ~std::size_t{3}; }
-void advance() { deck.next += kRecordHeaderBytes + padded(size()); }
+std::size_t pixels_of(const std::uint8_t* extent) {
+  return std::size_t{be::get_u32(extent)} * be::get_u32(extent + 4);
+}
+void advance() {
+  deck.next += kRecordHeaderBytes + padded(size());
+  deck.copied[0] = deck.copied[1] = 0;
+}
 
 /// The map bank is written when the tape comes to it, not when the module asks.
 void write_banks() {
@@ -65,16 +75,19 @@ TapeStatus check(const std::uint8_t* bytes, std::size_t size) {
   }
 }
 
-/// Copies an image of the tape into the camera's buffer, or leaves the side out where it has no room.
-const std::uint8_t* deliver(const std::uint8_t* from, const std::uint8_t* extent, std::size_t capacity,
-                            std::uint8_t* to, int& width, int& height) {
-  const std::size_t pixels = std::size_t{be::get_u32(extent)} * be::get_u32(extent + 4);
-  if (to != nullptr && pixels > 0 && pixels <= capacity) {
-    std::memcpy(to, from, pixels);
-    width = static_cast<int>(be::get_u32(extent));
-    height = static_cast<int>(be::get_u32(extent + 4));
-  }
-  return from + pixels;
+/// Copies the next piece of an image of the tape into the camera's buffer, or leaves the side out where it has no
+/// room. False: there is more of it.
+bool deliver(const std::uint8_t* from, const std::uint8_t* extent, std::size_t capacity, std::uint8_t* to,
+             std::size_t& copied, int& width, int& height) {
+  const std::size_t pixels = pixels_of(extent);
+  if (to == nullptr || pixels == 0 || pixels > capacity) return true;
+  const std::size_t left = pixels - copied;
+  const std::size_t piece = left < kPieceBytes ? left : kPieceBytes;
+  std::memcpy(to + copied, from + copied, piece);
+  copied += piece;
+  width = static_cast<int>(be::get_u32(extent));
+  height = static_cast<int>(be::get_u32(extent + 4));
+  return copied == pixels;
 }
 
 }  // namespace
@@ -113,9 +126,13 @@ bool camera_take(const StereoBuffer& buffer, StereoInfo& info) {
   info = StereoInfo();
   info.number = be::get_u32(p);
   info.t_capture_us = be::get_u64(p + 4);
-  const std::uint8_t* pixels = p + tape::kPairHeaderBytes;
-  pixels = tape::deliver(pixels, p + 12, buffer.capacity, buffer.left, info.left_width, info.left_height);
-  tape::deliver(pixels, p + 20, buffer.capacity, buffer.right, info.right_width, info.right_height);
+  const std::uint8_t* left = p + tape::kPairHeaderBytes;
+  const std::uint8_t* right = left + tape::pixels_of(p + 12);
+  if (!tape::deliver(left, p + 12, buffer.capacity, buffer.left, deck.copied[0], info.left_width,
+                     info.left_height) ||
+      !tape::deliver(right, p + 20, buffer.capacity, buffer.right, deck.copied[1], info.right_width,
+                     info.right_height))
+    return false;
   tape::advance();
   tape::write_banks();
   return true;

@@ -13,7 +13,7 @@ using tape::TapeStatus;
 
 namespace {
 
-std::uint8_t bytes[4096];
+std::uint8_t bytes[100000];
 std::size_t size = 0;
 
 void u32(std::uint32_t v) {
@@ -241,6 +241,51 @@ void test_images_without_room_are_left_out(void**) {
   assert_true(tape::at_end());
 }
 
+std::uint8_t large[2][20000];
+
+/// Bytes of the buffers that a call wrote, where no pixel of the pair is 0.
+std::size_t written(bool& taken) {
+  std::memset(large, 0, sizeof large);
+  taken = hal::camera_take({large[0], large[1], sizeof large[0]}, info);
+  std::size_t count = 0;
+  for (const auto& side : large) {
+    for (const std::uint8_t pixel : side) count += pixel != 0 ? 1 : 0;
+  }
+  return count;
+}
+
+/// However large a pair is, no call copies more than 16 KB; what comes in the end is all of it, and the next
+/// pair is whole again where one was let go half way.
+void test_a_large_pair_comes_in_pieces(void**) {
+  header();
+  rig();
+  const std::size_t first = size + 8 + 28;
+  pair(1, 150, 100, 200, 100, 35000);
+  pair(2, 150, 100, 200, 100, 35000);
+  std::memset(bytes + first, 0x55, 35000);
+  end();
+  assert_status(tape::open(bytes, size, out), TapeStatus::kReady);
+  std::size_t sum = 0;
+  for (bool taken = false; !taken;) {
+    const std::size_t count = written(taken);
+    assert_in_range(count, 1, 16384);
+    sum += count;
+  }
+  assert_int_equal(sum, 35000);
+  assert_int_equal(info.number, 1);
+
+  assert_status(tape::open(bytes, size, out), TapeStatus::kReady);
+  const hal::StereoBuffer buffer = {large[0], large[1], sizeof large[0]};
+  assert_false(hal::camera_take(buffer, info));
+  assert_true(hal::camera_take({nullptr, nullptr, 0}, info));  // let go
+  assert_int_equal(info.number, 1);
+  std::memset(large, 0, sizeof large);
+  while (!hal::camera_take(buffer, info)) assert_false(tape::at_end());
+  assert_int_equal(info.number, 2);
+  for (std::size_t i = 0; i < 15000; ++i) assert_int_equal(large[0][i], (2 + i) & 0xFF);
+  for (std::size_t i = 0; i < 20000; ++i) assert_int_equal(large[1][i], (2 + 15000 + i) & 0xFF);
+}
+
 std::size_t heard = 0;
 
 void test_telemetry(void**) {
@@ -268,6 +313,7 @@ int main() {
       cmocka_unit_test(test_rig),
       cmocka_unit_test(test_in_the_order_of_the_tape),
       cmocka_unit_test(test_images_without_room_are_left_out),
+      cmocka_unit_test(test_a_large_pair_comes_in_pieces),
       cmocka_unit_test(test_telemetry),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
