@@ -26,7 +26,7 @@ struct StereoInfo {
 };
 
 /// Takes the next pair where there is one. False: none yet, or one that is still on its way into the buffer,
-/// which is the camera's until a call gives true: where the processor copies, it may do so in pieces, a call each.
+/// which is the camera's until a call gives true: where the processor copies, it may do so a piece a call.
 [[nodiscard]] bool camera_take(const StereoBuffer& buffer, StereoInfo& info);
 
 }  // namespace cairn::hal

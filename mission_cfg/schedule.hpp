@@ -41,8 +41,8 @@ static_assert(static_cast<std::size_t>(Task::kFixApply) + 1 == kTaskCount, "a we
 /// frame all the same. 13 cycles of the RAD750 an operation against 2.7.
 inline constexpr std::uint32_t kRawPairWeight = 5;
 
-/// The same of a map's validation and of an upload's, done between minor frames: 7 cycles of the RAD750, and 14
-/// of the LEON3, to 2.7 and 4.7.
+/// The same of a map's validation and of an upload's, done between minor frames: 7 cycles of the RAD750,
+/// and 14 of the LEON3, to 2.7 and 4.7.
 inline constexpr std::uint32_t kMapWeight = 3;
 
 /// Work on images grows with them. The longest frames met, operations a pixel: VO 246, on texture of a pixel;

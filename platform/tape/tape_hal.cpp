@@ -13,7 +13,7 @@ namespace cairn {
 namespace tape {
 namespace {
 
-/// What is copied of each image in one call: the processor does it, and no call may be longer than jobs' units.
+/// What is copied of each image in one call: the processor does it, and no call may be long.
 constexpr std::size_t kPieceBytes = 8192;
 
 struct Deck {
@@ -75,8 +75,8 @@ TapeStatus check(const std::uint8_t* bytes, std::size_t size) {
   }
 }
 
-/// Copies the next piece of an image of the tape into the camera's buffer, or leaves the side out where it has no
-/// room. False: there is more of it.
+/// Copies the next piece of an image of the tape into the camera's buffer, or leaves the side out where it
+/// has no room. False: there is more of it.
 bool deliver(const std::uint8_t* from, const std::uint8_t* extent, std::size_t capacity, std::uint8_t* to,
              std::size_t& copied, int& width, int& height) {
   const std::size_t pixels = pixels_of(extent);
