@@ -575,6 +575,9 @@ void test_what_serves_a_map(void**) {
   assert_near(fine.window_m, 0.0, 0.0);
   assert_true((coarse.window_m > 10.0) == cfg::kHaveLandmarks);
   assert_true((coarse.sigma_common_m > 2.0 * fine.sigma_common_m) == cfg::kHaveLandmarks);
+  static Landmarks landmarks;
+  landmarks.init(LandmarkParams());
+  if (cfg::kHaveLandmarks) assert_near(coarse.sigma_common_m, landmarks.common_m(0.2), 1.0e-12);
   assert_true((coarse.verdict.ln_threshold < fine.verdict.ln_threshold) == cfg::kHaveLandmarks);
 }
 
