@@ -193,7 +193,7 @@ realism: ## OpenCV's SIFT odometry and grey levels on simulated pairs, beside RE
 	@$(CAIRN) sim mission_cfg/scenes/realism.toml -o build/realism
 	@$(B)/sift_vo build/realism $(REFERENCE)
 
-bench: ## time and operations of a frame on this machine (DATASET=folder, default the sample)
+bench: ## CPU time and operations of a frame on this machine (DATASET=folder, default the sample)
 	$(call ready,build,$(CAIRN))
 	@$(CAIRN) bench --dataset $(DATASET)
 
