@@ -180,7 +180,7 @@ void test_vo_errors_are_in_the_maps_axes(void**) {
     if (turn == 0.0) {
       straight = c;
       assert_true(std::fabs(straight(0, 0) - straight(1, 1)) >
-                  0.2 * straight(0, 0));  // there is a difference
+                  0.1 * straight(0, 0));  // there is a difference
       continue;
     }
     assert_near(c(0, 0) / straight(1, 1), 1.0, 1e-3);
