@@ -3,7 +3,7 @@
 /// One frame: what its pair gives (stereo_frame.hpp); matches from the reference frame within windows
 /// predicted from the last motion; RANSAC, and its inliers refined on reprojection error; sub-pixel alignment
 /// of the reference patches in both current images, warped by slope and by that motion; refinement on
-/// reprojection error, in which a patch that no longer looks alike counts less.
+/// reprojection error, in which a patch that no longer looks alike, or is of much contrast, counts less.
 ///
 /// The rover's own hardware, where the mission does not know of it (geometry/own_hardware.hpp), stands still
 /// in the picture while the ground moves. Matches that stand still are left out of RANSAC where both they and

@@ -202,12 +202,30 @@ void test_standing_for_long_does_not_drift(void**) {
   assert_good_step(0, 1);
 }
 
+/// Root mean square errors over the drive with pictures that `change(k, right, pixels, out)` made.
+template <typename Change>
+StepError drive_changed(const Change& change) {
+  VoParams params;
+  params.rectification.enabled = false;
+  assert_true(vo.init(params, kRig));
+  StepError sum = {};
+  for (int k = 0; k < kFrames; ++k) {
+    change(k, false, left_pixels[k], scratch[0]);
+    change(k, true, right_pixels[k], scratch[1]);
+    const VoStatus status = run(vo, view(scratch[0]), view(scratch[1]));
+    if (k == 0) continue;
+    assert_status(status, VoStatus::kMotion);
+    const StepError e = error_of(vo.result().T_prev_cur, k - 1, k);
+    sum.rotation_rad += e.rotation_rad * e.rotation_rad / (kFrames - 1);
+    sum.translation_m += e.translation_m * e.translation_m / (kFrames - 1);
+  }
+  return {std::sqrt(sum.rotation_rad), std::sqrt(sum.translation_m)};
+}
+
 /// What stands before the lens, and moves not with the ground, is in a third of the patches: they look less
 /// alike than the others, and count less.
 void test_patches_that_change_count_less(void**) {
-  VoParams params;
-  params.rectification.enabled = false;
-  const auto soiled = [](const std::uint8_t* pixels, std::uint8_t* out) {
+  const StepError e = drive_changed([](int, bool, const std::uint8_t* pixels, std::uint8_t* out) {
     for (int v = 0; v < kHeight; ++v) {
       for (int u = 0; u < kWidth; ++u) {
         const std::size_t i = static_cast<std::size_t>(v) * kWidth + static_cast<std::size_t>(u);
@@ -215,28 +233,16 @@ void test_patches_that_change_count_less(void**) {
         out[i] = static_cast<std::uint8_t>(pixels[i] * (0.8 + dust));
       }
     }
-    return view(out);
-  };
-  assert_true(vo.init(params, kRig));
-  double sum2 = 0.0;
-  for (int k = 0; k < kFrames; ++k) {
-    const VoStatus status = run(vo, soiled(left_pixels[k], scratch[0]), soiled(right_pixels[k], scratch[1]));
-    if (k == 0) continue;
-    assert_status(status, VoStatus::kMotion);
-    const StepError e = error_of(vo.result().T_prev_cur, k - 1, k);
-    sum2 += e.rotation_rad * e.rotation_rad / (kFrames - 1);
-  }
-  print_message("soiled: rms of a step %.6f rad\n", std::sqrt(sum2));
-  assert_at_most(std::sqrt(sum2), 1e-4);  // 1.2e-4 where all count alike
+  });
+  print_message("soiled: rms of a step %.6f rad\n", e.rotation_rad);
+  assert_at_most(e.rotation_rad, 1e-4);  // 1.2e-4 where all count alike
 }
 
 /// Small shadows that wander over the ground, all one way. Their contrast is more than the ground's.
 void test_contrast_counts_less(void**) {
   constexpr int kSpots = 60;
   constexpr double kWander_m = 0.0005;  // a frame
-  VoParams params;
-  params.rectification.enabled = false;
-  const auto spotted = [](int k, bool right, const std::uint8_t* pixels, std::uint8_t* out) {
+  const StepError e = drive_changed([](int k, bool right, const std::uint8_t* pixels, std::uint8_t* out) {
     std::memcpy(out, pixels, kPixels);
     Random random(9);
     for (int n = 0; n < kSpots; ++n) {
@@ -254,20 +260,9 @@ void test_contrast_counts_less(void**) {
         }
       }
     }
-    return view(out);
-  };
-  assert_true(vo.init(params, kRig));
-  double sum2 = 0.0;
-  for (int k = 0; k < kFrames; ++k) {
-    const VoStatus status =
-        run(vo, spotted(k, false, left_pixels[k], scratch[0]), spotted(k, true, right_pixels[k], scratch[1]));
-    if (k == 0) continue;
-    assert_status(status, VoStatus::kMotion);
-    const StepError e = error_of(vo.result().T_prev_cur, k - 1, k);
-    sum2 += e.translation_m * e.translation_m / (kFrames - 1);
-  }
-  print_message("spots that wander: rms of a step %.6f m\n", std::sqrt(sum2));
-  assert_at_most(std::sqrt(sum2), 7e-5);  // 8.7e-5 where all count alike
+  });
+  print_message("spots that wander: rms of a step %.6f m\n", e.translation_m);
+  assert_at_most(e.translation_m, 7e-5);  // 8.7e-5 where all count alike
 }
 
 void test_paper_exact_is_less_accurate(void**) {
