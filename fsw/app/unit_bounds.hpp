@@ -53,6 +53,7 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kBoulders, "probes: a probe", StereoProbeJob::most_probe_ops(StereoProbeJob::most_steps({}))},
     {cfg::Task::kBoulders, "evidence: 384 points",
      RegionEvidenceJob::unit_ops(RegionEvidenceJob::kUnitPoints, RegionEvidenceJob::kMostEach)},
+    {cfg::Task::kBoulders, "clusters: laid in strips", ClusteringJob::strips_ops(unit_bounds::kRaised)},
     {cfg::Task::kBoulders, "clusters: one point", ClusteringJob::spread_ops(unit_bounds::kRaised)},
     {cfg::Task::kBoulders, "clusters: numbered", ClusteringJob::number_ops(unit_bounds::kRaised)},
     {cfg::Task::kBoulders, "clusters: begun", BoulderObserver::start_ops(unit_bounds::kRaised)},

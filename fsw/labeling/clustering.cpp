@@ -2,11 +2,15 @@
 
 #include <cmath>
 
+#include "core/rounding.hpp"
+
 namespace cairn {
 namespace {
 
 constexpr double kMaxCoordinate_m = 1.0e7;
 constexpr double kMaxCut_m = 1.0e6;
+constexpr double kLeastStrip_m = 0.01;  // so that strips are counted in 32 bits
+constexpr double kWider = 1.001;
 
 }  // namespace
 
@@ -22,41 +26,70 @@ ClusteringStatus ClusteringJob::start(const ClusteringParams& params, const Clus
     if (point.label > cfg::kMaxLabels) return status_ = ClusteringStatus::kBadInput;
   }
   points_ = &points;
-  for (std::size_t i = 0; i < points.size(); ++i) far_[i] = static_cast<std::uint16_t>(i);
-  far_size_ = points.size();
   cursor_ = 0;
   queue_size_ = 0;
-  phase_ = Phase::kSpread;
+  seed_ = 0;
+  phase_ = Phase::kStrips;
   return status_ = ClusteringStatus::kRunning;
 }
 
-double ClusteringJob::distance2(std::size_t a, std::size_t b) const {
-  return ((*points_)[a].p_m - (*points_)[b].p_m).squaredNorm();
+/// A little wider than the cut, so that rounding leaves no point beyond the strip beside its neighbour's.
+void ClusteringJob::lay_in_strips() {
+  const double width_m = params_.cut_m > kLeastStrip_m ? kWider * params_.cut_m : kWider * kLeastStrip_m;
+  const double per_width = 1.0 / width_m;
+  for (std::uint32_t s = 0; s < kStrips; ++s) {
+    first_[s] = kNone;
+    in_strip_[s] = 0;
+  }
+  for (std::size_t i = points_->size(); i-- > 0;) {
+    const int at = rounded((*points_)[i].p_m.x() * per_width);
+    const std::uint32_t strip = static_cast<std::uint32_t>(at) % kStrips;
+    strip_of_[i] = static_cast<std::uint8_t>(strip);
+    further_[i] = first_[strip];
+    first_[strip] = static_cast<std::uint16_t>(i);
+    ++in_strip_[strip];
+    root_of_[i] = kNone;
+  }
+  phase_ = Phase::kSpread;
 }
 
-/// Looks around from one reached point; where none is left, from the first point that nothing has reached.
-void ClusteringJob::spread_unit() {
-  std::size_t next = 0;
+/// Where nothing is left to look around from, a new cluster begins with the lowest point not reached.
+std::uint32_t ClusteringJob::spread_cost() {
   if (cursor_ == queue_size_) {
-    const std::uint16_t seed = far_[next++];
-    root_of_[seed] = seed;
-    queue_[queue_size_++] = seed;
+    while (root_of_[seed_] != kNone) ++seed_;
+    root_of_[seed_] = static_cast<std::uint16_t>(seed_);
+    queue_[queue_size_++] = static_cast<std::uint16_t>(seed_);
   }
+  const std::uint32_t own = strip_of_[queue_[cursor_]];
+  std::size_t looked = 0;
+  for (std::uint32_t k = 0; k < 3; ++k) looked += in_strip_[(own + kStrips - 1 + k) % kStrips];
+  return spread_ops(looked);
+}
+
+/// Looks around from one reached point. What is reached leaves its strip.
+void ClusteringJob::spread_unit() {
   const std::size_t at = queue_[cursor_++];
+  const std::uint16_t root = root_of_[at];
+  const Vec3 here = (*points_)[at].p_m;
   const double cut2 = params_.cut_m * params_.cut_m;
   const ClusterPoint* points = points_->data();
-  std::size_t still = 0;
-  for (; next < far_size_; ++next) {
-    const std::uint16_t i = far_[next];
-    const double dx = points[i].p_m.x() - points[at].p_m.x();
-    if (dx * dx > cut2 || distance2(at, i) > cut2) {  // most are far off on the first axis
-      far_[still++] = i;
-      continue;
+  for (std::uint32_t k = 0; k < 3; ++k) {
+    const std::uint32_t strip = (strip_of_[at] + kStrips - 1 + k) % kStrips;
+    std::uint16_t* link = &first_[strip];
+    while (*link != kNone) {
+      const std::uint16_t i = *link;
+      const bool is_seed = root_of_[i] != kNone;  // it was queued when its cluster began
+      if (!is_seed && (points[i].p_m - here).squaredNorm() > cut2) {
+        link = &further_[i];
+        continue;
+      }
+      *link = further_[i];
+      --in_strip_[strip];
+      if (is_seed) continue;
+      root_of_[i] = root;
+      queue_[queue_size_++] = i;
     }
-    root_of_[i] = root_of_[at];
-    queue_[queue_size_++] = i;
   }
-  far_size_ = still;
   if (cursor_ == points_->size()) phase_ = Phase::kNumber;
 }
 
@@ -105,8 +138,12 @@ void ClusteringJob::label_unit() {
 
 bool ClusteringJob::unit(WorkBudget& budget) {
   switch (phase_) {
+    case Phase::kStrips:
+      if (!budget.take(strips_ops(points_->size()))) return false;
+      lay_in_strips();
+      return true;
     case Phase::kSpread:
-      if (!budget.take(spread_ops(far_size_))) return false;
+      if (!budget.take(spread_cost())) return false;
       spread_unit();
       return true;
     case Phase::kNumber:

@@ -4,16 +4,17 @@
 /// Agglomeration starts with every point alone and joins the two closest clusters until none are closer than
 /// the cut; the distance of two clusters is that of their closest points (single linkage). Its clusters at a
 /// cut are the connected components of the graph that joins points within the cut, so that is what is
-/// computed: n^2 distances at worst, O(n) memory, no merge order and so no ties. It follows long shapes; a
-/// chain of stray points joins two boulders. Distances equal to the cut still join.
+/// computed: O(n) memory, no merge order and so no ties. Points lie in strips as wide as the cut, so that one
+/// is held against its own strip and the two beside it; n^2 distances where all lie in three. It follows long
+/// shapes; a chain of stray points joins two boulders. Distances equal to the cut still join.
 ///
 /// Merging of labels. Each point may carry a label (a region; 0 = none). A label belongs to the cluster that
 /// holds most of its points (of equal ones the first), and labels of one cluster are one boulder, which takes
 /// the lowest of them. By majority, because a few points that strayed off a region must not chain it
 /// to its neighbour.
 ///
-/// Cost: 2 n^2 operations, units of one point, which looks at those that nothing has reached; for the labels
-/// 4 n in all, and 5 each.
+/// Cost: 4 operations for each point that is looked at, 2 n^2 at worst, units of one point, which looks at
+/// those of its strips that nothing has reached; for the strips and the labels 4 n each, and 5 a label.
 #pragma once
 
 #include <cstdint>
@@ -56,8 +57,12 @@ struct ClusteringResult {
 /// One clustering, resumable. The points are borrowed until it is done.
 class ClusteringJob {
  public:
+  static constexpr std::uint32_t kStrips = 64;  ///< a power of two; after the last comes the first again
   static constexpr std::uint32_t spread_ops(std::size_t far_points) {
     return 5U + 4U * static_cast<std::uint32_t>(far_points);
+  }
+  static constexpr std::uint32_t strips_ops(std::size_t points) {
+    return kStrips + 4U * static_cast<std::uint32_t>(points);
   }
   static constexpr std::uint32_t number_ops(std::size_t points) {
     return cfg::kMaxLabels + 4U * static_cast<std::uint32_t>(points);
@@ -73,9 +78,10 @@ class ClusteringJob {
 
  private:
   static constexpr std::uint16_t kNone = 0xFFFF;
-  enum class Phase : std::uint8_t { kSpread, kNumber, kLabels };
+  enum class Phase : std::uint8_t { kStrips, kSpread, kNumber, kLabels };
 
-  double distance2(std::size_t a, std::size_t b) const;
+  void lay_in_strips();
+  std::uint32_t spread_cost();
   void spread_unit();
   void number_clusters();
   void label_unit();
@@ -92,9 +98,12 @@ class ClusteringJob {
     std::uint16_t count = 0;
   };
 
-  std::uint16_t root_of_[cfg::kMaxClusterPoints] = {};  ///< lowest point of the cluster
-  std::uint16_t far_[cfg::kMaxClusterPoints] = {};      ///< points that nothing has reached, ascending
-  std::size_t far_size_ = 0;
+  std::uint16_t root_of_[cfg::kMaxClusterPoints] = {};  ///< lowest point of the cluster; kNone: not reached
+  std::uint8_t strip_of_[cfg::kMaxClusterPoints] = {};
+  std::uint16_t in_strip_[kStrips] = {};                ///< points there that nothing has reached ...
+  std::uint16_t first_[kStrips] = {};                   ///< ... the first of them, kNone: none ...
+  std::uint16_t further_[cfg::kMaxClusterPoints] = {};  ///< ... and the next
+  std::size_t seed_ = 0;                                ///< all points before it are reached
 
   std::uint16_t queue_[cfg::kMaxClusterPoints] = {};  ///< points reached; seen to: those before cursor_
   std::size_t queue_size_ = 0;

@@ -84,6 +84,10 @@ void test_against_the_definition(void**) {
     }
     const double cut_m = uniform(random, 0.02, 0.4);
     assert_same_clusters(cut_m);
+    // The same a hundred strips wide, and far on either side of zero.
+    const double aside = uniform(random, -9.0e6, 9.0e6);
+    for (ClusterPoint& point : points) point.p_m.x() = aside + 20.0 * point.p_m.x();
+    assert_same_clusters(cut_m);
   }
 }
 
@@ -214,15 +218,16 @@ std::uint64_t ops_of(double cut_m) {
   return all.spent();
 }
 
-/// What is reached is not looked at again, and a label costs by its own points.
+/// What is reached is not looked at again, nor what lies strips away; and a label costs by its own points.
 void test_cost(void**) {
   Random random(6);
   points.clear();
   while (!points.full()) add(uniform(random, 0.0, 1.0), 0.0, 0.0, static_cast<int>(random.below(20)));
   const std::uint64_t n = points.size();
-  const std::uint64_t linear = 20 * n + 10 * cfg::kMaxLabels;
+  const std::uint64_t linear = 24 * n + 10 * cfg::kMaxLabels;
   assert_at_most(ops_of(2.0), linear);
   assert_at_most(ops_of(0.0), linear + 2 * n * n);
+  assert_at_most(ops_of(0.02), linear + 2 * n * n / 8);  // 50 strips
 }
 
 }  // namespace
