@@ -79,7 +79,7 @@ struct MotionResult {
 class RansacMotionJob {
  public:
   static constexpr std::uint32_t unit_ops(std::size_t pairs) {
-    return 1500U + 30U * static_cast<std::uint32_t>(pairs);
+    return 4500U + 25U * static_cast<std::uint32_t>(pairs);
   }
   /// `pairs` is borrowed until done.
   MotionStatus start(const MotionParams& params, const StereoRig& rig, const MotionPairs& pairs);

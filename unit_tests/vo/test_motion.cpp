@@ -426,7 +426,7 @@ void test_early_end(void**) {
     assert_status(ransac.start(params, kRig, pairs), MotionStatus::kRunning);
     WorkBudget budget = WorkBudget::unlimited();
     assert_status(ransac.step(budget), Progress::kDone);
-    return static_cast<int>(budget.spent() / (1500U + 30U * pairs.size())) - 1;
+    return static_cast<int>(budget.spent() / RansacMotionJob::unit_ops(pairs.size())) - 1;
   };
   fill_pairs(100, 0.0, random);
   assert_at_most(spent({}), 2);
