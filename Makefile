@@ -240,6 +240,10 @@ bench-decode: ## instructions a boulder that reading a map takes on the emulated
 	$(call counted,$(B)/decode.elf,$(B)/decode)
 	@awk -F '\t' -f platform/tape/decode.awk $(B)/decode.log $(B)/decode.tsv
 
+stress: ## a drive made to be hard in build/stress, for `make profile DRIVE=build/stress TAPE_FRAMES=180`
+	$(call ready,test,$(B)/stress_drive)
+	@$(B)/stress_drive $(SAMPLE) build/stress
+
 VARIANTS = $(shell sed -n 's/^\[variant\.\([a-z_]*\).*/\1/p' $(TIMING))
 WATCHED  = $(comma)budget=$(TIME_BUDGET)$(FRAME:%=$(comma)frame=%)$(VARIANT:%=$(comma)variant=%)
 PROFILE  = $(B)/profile$(DRIVE_NAME:%=-%)$(SLICE:%=-slice-%)$(VARIANT:%=-%)
@@ -520,7 +524,7 @@ $(WITH_PROGRAM): $(CAIRN)
 $(B)/shadow_weights $(B)/sun_weights $(B)/bench_detect: $(B)/%: \
   $(B)/unit_tests/ground_tools/detect/%.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
-$(B)/fault_table: $(B)/unit_tests/integration/fault_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
+$(B)/fault_table $(B)/stress_drive: $(B)/%: $(B)/unit_tests/integration/%.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
 $(B)/codec_table: $(B)/unit_tests/ground_tools/cmap/codec_table.o $(TOOL_LIB) $(PLATFORM_LIB) $(FSW_LIB)
 	$(link) $(TOOL_LIBS) -lfmt -o $@
