@@ -34,6 +34,7 @@ struct Mission {
   // Capacities.
   int max_features = 600;                ///< per image
   int max_labels = 128;                  ///< segmented regions per frame
+  int pixels_per_region = 16;            ///< so many pieces an image may have before they are merged
   int max_map_window_boulders = 4096;    ///< orbital boulders near the rover
   int max_local_boulders = 256;          ///< ground boulders in the sliding window
   int max_wide_map_boulders = 16384;     ///< of the map, where a lost rover is looked for
@@ -44,6 +45,12 @@ struct Mission {
   int root_max_bytes = 5 * 1024 * 1024;  ///< all static memory of the flight module
   int code_max_bytes = 352 * 1024;       ///< its code and constants
   int stack_max_bytes = 16 * 1024;       ///< of the deepest chain of calls from any function of it
+
+  // Work of a minor frame (schedule.hpp), operations a pixel of the largest image: what the rows allow. VO
+  // and boulders plan by a share of it (mission_cfg.hpp), and do with fewer points where a picture would take
+  // more. With these, VO ends within 0.50 s of a RAD750 and boulders within 0.45 s.
+  int vo_ops_per_pixel = 211;
+  int boulder_ops_per_pixel = 60;
 
   // Visual odometry.
   int min_disparity_px = 4;  ///< nearer to infinity than this is not triangulated

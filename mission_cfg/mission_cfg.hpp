@@ -42,6 +42,14 @@ inline constexpr double kVoSigmaFactor = 1.6;
 /// Of a probed disparity: a quarter of a pixel or so (doc/adr/0001-stereo-probes.md).
 inline constexpr double kProbeSigma_px = 0.25;
 
+/// What the schedule allows VO and boulders in a minor frame, and what they plan by: VO all, boulders their
+/// segmentation and disparities. The rest is for what no plan cuts short.
+inline constexpr std::uint32_t kVoOps = kMission.vo_ops_per_pixel * static_cast<std::uint32_t>(kImagePixels);
+inline constexpr std::uint32_t kBoulderOps =
+    kMission.boulder_ops_per_pixel * static_cast<std::uint32_t>(kImagePixels);
+inline constexpr std::uint32_t kVoPlanOps = kVoOps / 6 * 5;
+inline constexpr std::uint32_t kProbePlanOps = kBoulderOps / 3 * 2;
+
 // Static memory by part: working images, one number or two a pixel, and what a boulder takes.
 inline constexpr std::size_t kVoMaxBytes = 16 * kImagePixels;  ///< 3 MiB at 512 x 384
 inline constexpr std::size_t kObserverMaxBytes = 16 * kImagePixels;
@@ -59,6 +67,7 @@ static_assert(kImageHeight >= 64 && kImageHeight <= 2048 && kImageHeight % 2 == 
               "image height: even, 64 to 2048");
 static_assert(kMission.segmentation_divisor == 1 || kMission.segmentation_divisor == 2,
               "segmentation: 1 or 2");
+static_assert(kMission.pixels_per_region >= 4, "regions: a number for every 4 pixels at most");
 static_assert(kMaxFeatures >= 50 && kMaxFeatures <= 4096, "features: 50 to 4096");
 static_assert(kMaxLabels >= 8 && kMaxLabels <= 255, "labels fit a byte, 0 is 'none'");
 static_assert(kMission.min_disparity_px >= 1 && kMission.max_disparity_px > kMission.min_disparity_px,

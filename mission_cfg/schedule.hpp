@@ -45,12 +45,6 @@ inline constexpr std::uint32_t kRawPairWeight = 5;
 /// and 14 of the LEON3, to 2.7 and 4.7.
 inline constexpr std::uint32_t kMapWeight = 3;
 
-/// Work on images grows with them. The longest frames met, operations a pixel: VO 246, on texture of a pixel;
-/// boulders 86, in noise, and with landmarks, which are looked for farther off, 195.
-inline constexpr std::uint32_t kVoOps = 300 * static_cast<std::uint32_t>(kImagePixels);
-inline constexpr std::uint32_t kBoulderOps =
-    (kHaveLandmarks ? 200 : 110) * static_cast<std::uint32_t>(kImagePixels);
-
 /// Merges the tracks of a full local map twice over, each against all: by the square of their number. With
 /// less no fix ever begins where boulders are many.
 inline constexpr std::uint32_t kFixBeginOps = 2 * static_cast<std::uint32_t>(kMaxLocalBoulders) *

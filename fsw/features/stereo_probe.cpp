@@ -87,6 +87,9 @@ ProbeStatus StereoProbeJob::start(const StereoProbeParams& params, const ImageU8
   chosen_ = false;
   prepared_ = 0;
   last_d_ = 0;
+  planned_ops_ = UINT32_MAX;
+  spent_ops_ = probe_ops_ = probe_weight_ = 0;
+  rows_ = wanted_probes_ = thinned_rows_ = 0;
   return status_ = ProbeStatus::kRunning;
 }
 
@@ -97,13 +100,15 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
       continue;
     }
     if (!chosen_) {
-      if (!budget.take(row_ops(boxes_ == nullptr ? 0 : boxes_->size() + around_->size())))
-        return Progress::kMore;
+      const std::uint32_t cost = row_ops(boxes_ == nullptr ? 0 : boxes_->size() + around_->size());
+      if (!budget.take(cost)) return Progress::kMore;
+      spent_ops_ += cost;
       choose_probes();
       continue;
     }
     while (prepared_ < 2) {
       if (!budget.take(band_ops(left_.width))) return Progress::kMore;
+      spent_ops_ += band_ops(left_.width);
       if (prepared_++ == 0) {
         prepare<false>(left_, v_, left_band_);
       } else {
@@ -113,7 +118,12 @@ Progress StereoProbeJob::step(WorkBudget& budget) {
     const Range range = search_range(u_, v_);
     const int steps = range.high - range.low + 1;
     if (!budget.take(probe_ops(steps))) return Progress::kMore;
-    if (steps >= 4) budget.charge(probe(u_, v_, range));
+    const std::uint32_t more = steps >= 4 ? probe(u_, v_, range) : 0;
+    budget.charge(more);
+    const std::uint32_t least = probe_ops(steps);
+    spent_ops_ += least + more;
+    probe_ops_ += least + more;
+    probe_weight_ += least;
     u_ += kSpacing;
     next_probe();
   }
@@ -146,6 +156,30 @@ void StereoProbeJob::count_boxes(const Boxes& boxes, std::int16_t (&edges)[kCell
   }
 }
 
+/// Of one on the row's middle: what it costs where nothing is compared.
+double StereoProbeJob::weight_of_probe(int v) const {
+  const Range range = search_range(left_.width / 2, v);
+  return probe_ops(range.high - range.low + 1);
+}
+
+/// Each how manieth of this row's probes there is room for: 1, 2 or 4. What those before took for their
+/// weight, those below will; and the next step is never so large that the rest can't make up for it.
+int StereoProbeJob::thinning(int wanted) {
+  ++rows_;
+  wanted_probes_ += wanted;
+  if (probe_weight_ == 0 || planned_ops_ == UINT32_MAX) return 1;
+  const double rate = static_cast<double>(probe_ops_) / probe_weight_;
+  const int below = (left_.height - kHalf - v_) / kSpacing;
+  const double here = rate * wanted * weight_of_probe(v_);
+  const double rest =
+      rate * wanted_probes_ / rows_ * below * weight_of_probe(v_ + (below + 1) / 2 * kSpacing);
+  const double bands = 2.0 * (below + 1) * band_ops(left_.width);
+  const double left = static_cast<double>(planned_ops_) - spent_ops_ - bands;
+  if (here + 0.5 * rest <= left) return 1;
+  ++thinned_rows_;
+  return 0.5 * here + 0.25 * rest <= left ? 2 : 4;
+}
+
 void StereoProbeJob::choose_probes() {
   const int row = v_ / kSpacing;
   chosen_ = true;
@@ -165,6 +199,11 @@ void StereoProbeJob::choose_probes() {
       wanted_[i] = all > 0 || quarter || (half > 0 && (row + i) % 2 == 0);
     }
   }
+  int wanted = 0;
+  for (const bool is_wanted : wanted_) wanted += is_wanted ? 1 : 0;
+  const int each = thinning(wanted);
+  for (int i = 0; i < kCells && each > 1; ++i)
+    wanted_[i] = wanted_[i] && (each == 2 ? (row + i) % 2 == 0 : row % 2 == 0 && i % 2 == 0);
   next_probe();
 }
 

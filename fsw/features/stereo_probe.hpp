@@ -7,7 +7,9 @@
 /// equiangular fit (a V through three differences). Left out: windows without horizontal texture, minima at
 /// the end of the range, minima that a second one rivals, and windows whose ground the right image does not
 /// hold: at the left rim of the left one. Outside the boxes that matter, where such are told, probes are
-/// fewer: around them half, as on a chessboard, and elsewhere each second one of each second row.
+/// fewer: around them half, as on a chessboard, and elsewhere each second one of each second row. Where all
+/// would take more than is planned, as in noise, the lower rows have half of theirs, or a quarter: what is
+/// near is large in the picture and has many.
 ///
 /// Most disparities are dismissed without comparing pixels: the differences of sums over parts of the
 /// window are together no larger than the sum of the pixels' differences, so that where they exceed what
@@ -97,11 +99,14 @@ class StereoProbeJob {
     boxes_ = &boxes;
     around_ = &around;
   }
+  /// The same: what all rows may take, but for what a quarter of the probes takes beyond it.
+  void plan(std::uint32_t ops) { planned_ops_ = ops; }
   /// Unit: the boxes of a row, the preparation of one image's row of probes, or one probe.
   Progress step(WorkBudget& budget);
   ProbeStatus status() const { return status_; }
   /// Found disparities, row by row.
   const Probes& result() const { return probes_; }
+  int thinned_rows() const { return thinned_rows_; }
 
  private:
   struct Range {
@@ -131,6 +136,8 @@ class StereoProbeJob {
   void next_row();
   void count_boxes(const Boxes& boxes, std::int16_t (&edges)[kCells + 1]) const;
   void choose_probes();
+  double weight_of_probe(int v) const;
+  int thinning(int wanted);
   void next_probe();
   template <bool kComplements>
   static void prepare(const ImageU8& image, int v, Band& band);
@@ -159,6 +166,13 @@ class StereoProbeJob {
   bool chosen_ = false;  ///< what wanted_ holds is of the row v_
   int prepared_ = 0;     ///< bands that hold the rows about v_, of two
   int last_d_ = 0;       ///< where the last search ended
+  std::uint32_t planned_ops_ = UINT32_MAX;
+  std::uint32_t spent_ops_ = 0;
+  std::uint32_t probe_ops_ = 0;     ///< of it by probes ...
+  std::uint32_t probe_weight_ = 0;  ///< ... and theirs, by their disparities
+  int rows_ = 0;                    ///< chosen so far ...
+  int wanted_probes_ = 0;           ///< ... what they would have had ...
+  int thinned_rows_ = 0;            ///< ... and how many of them were thinned
   Band left_band_;
   Band right_band_;
   Probes probes_;

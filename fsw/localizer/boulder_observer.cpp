@@ -26,6 +26,7 @@ ObserveStatus BoulderObserver::start(const ImageU8& left, const ImageU8& right, 
   counts_ = {};
   sightings_.clear();
   cursor_ = 0;
+  spent_ops_ = 0;
   phase_ = Phase::kSegment;
   left_ = left;
   right_ = right;
@@ -59,9 +60,11 @@ Progress BoulderObserver::step(WorkBudget& budget) {
 }
 
 bool BoulderObserver::run_phase(WorkBudget& budget) {
-  if (!work(budget)) return false;
-  next_phase();
-  return true;
+  const std::uint64_t before = budget.spent();
+  const bool done = work(budget);
+  spent_ops_ += budget.spent() - before;
+  if (done) next_phase();
+  return done;
 }
 
 bool BoulderObserver::work(WorkBudget& budget) {
@@ -160,6 +163,7 @@ void BoulderObserver::lift(const StereoProbe& probe) {
 /// Landmarks are made of the whole ground, boulders of what is about the regions.
 void BoulderObserver::begin_probes() {
   probe_.allow_for_gain(segmentation_.gain_q8());
+  probe_.plan(spent_ops_ < params_.plan_ops ? params_.plan_ops - static_cast<std::uint32_t>(spent_ops_) : 0U);
   boxes_.clear();
   close_by_.clear();
   surroundings_.clear();
@@ -176,6 +180,7 @@ void BoulderObserver::begin_probes() {
 
 void BoulderObserver::begin_evidence() {
   counts_.probes = static_cast<int>(surface_.size());
+  counts_.thinned_rows = probe_.thinned_rows();
   counts_.regions = static_cast<int>(segmentation_.regions().size());
   if (evidence_.start(params_.evidence, boxes_, surface_) != RegionEvidenceStatus::kRunning) {
     finish(ObserveStatus::kNoPoints);

@@ -36,7 +36,8 @@ struct BoulderParams {
   double max_range_m = cfg::kMission.boulder_max_range_m;
   OwnHardware own = kMissionHardware;  ///< nothing there is a boulder
   double probe_sigma_px = cfg::kProbeSigma_px;
-  int min_points = 3;  ///< of a cluster
+  std::uint32_t plan_ops = cfg::kProbePlanOps;  ///< of segmentation and disparities; these have what is left
+  int min_points = 3;                           ///< of a cluster
   int min_votes = 1;
 };
 
@@ -66,6 +67,7 @@ static_assert(enum_has<ObserveStatus, kObserveStatusCount>());
 struct ObserveCounts {
   int regions = 0;
   int probes = 0;
+  int thinned_rows = 0;    ///< of probes, for want of room in the plan
   int evident = 0;         ///< regions that passed the test
   int raised = 0;          ///< points
   int dropped_points = 0;  ///< raised points without room
@@ -159,6 +161,7 @@ class BoulderObserver {
   ObserveStatus status_ = ObserveStatus::kIdle;
   Phase phase_ = Phase::kSegment;
   std::size_t cursor_ = 0;
+  std::uint64_t spent_ops_ = 0;  ///< on this frame
   ImageU8 left_;
   ImageU8 right_;
   Vec3 plane_ = Vec3(0.0, 0.0, 0.0);

@@ -11,6 +11,8 @@ constexpr double kRealignPx = 0.75;  // mean square shift of the predictions tha
 constexpr double kMinDepth = 0.05;
 constexpr float kGreyLevel2 = 4096.0F;  // as PatchTemplate::variance has it
 constexpr float kContrast = 1.0F / 32.0F;
+constexpr std::uint32_t kRefinedOps = 3'400;  // of a point, in all rounds together
+constexpr std::uint32_t kLeastAligned = 60;
 constexpr double kStill_px = 0.5;   // between two pictures, of a point that does not move
 constexpr double kMoves_px = 3.0;   // of one that the motion moves
 constexpr int kMostElapsed = 1000;  // frames; over more than that no reference lasts
@@ -79,6 +81,7 @@ VoStatus VisualOdometry::start(const ImageU8& left, const ImageU8& right, const 
   result_ = {};
   phase_ = params_.paper_exact ? Phase::kStereo : Phase::kNoise;
   worked_ = looked_again_ = false;
+  spent_ops_ = second_look_ops_ = 0;
   predict(motion_prior);
   const bool started = stereo_.start(left, right, current()) == StereoStatus::kRunning;
   left_image_ = left;
@@ -95,9 +98,11 @@ Progress VisualOdometry::step(WorkBudget& budget) {
 }
 
 bool VisualOdometry::run_phase(WorkBudget& budget) {
-  if (!worked_ && work(budget) == Progress::kMore) return false;
-  worked_ = true;
-  if (!budget.take(kOverPointsOps)) return false;
+  const std::uint64_t before = budget.spent();
+  worked_ = worked_ || work(budget) == Progress::kDone;
+  const bool done = worked_ && budget.take(kOverPointsOps);
+  spent_ops_ += static_cast<std::uint32_t>(budget.spent() - before);
+  if (!done) return false;
   worked_ = false;
   next_phase();
   return true;
@@ -113,7 +118,7 @@ Progress VisualOdometry::work(WorkBudget& budget) {
     case Phase::kRefine: return refine_.step(budget);
     case Phase::kAlign:
       for (; cursor_ < reference().points.size(); ++cursor_) {
-        if (!reference().points[cursor_].valid) continue;
+        if (!reference().points[cursor_].valid || !is_chosen(cursor_)) continue;
         if (!aligned_.half) {
           if (!budget.take(kTemplateOps + kAlignOps)) return Progress::kMore;
           if (!align_left(cursor_)) continue;
@@ -168,6 +173,7 @@ void VisualOdometry::take_stereo() {
   double sum = 0.0;
   for (const Feature& f : features) sum += std::fabs(static_cast<double>(f.response));
   contrast_ = features.empty() ? 0.0 : sum / (256.0 * kStrongest * static_cast<double>(features.size()));
+  if (halved_is_better() != halved()) second_look_ops_ = halved() ? 4 * spent_ops_ : spent_ops_ / 3;
   switch (stereo_.status()) {
     case StereoStatus::kPoints: break;
     case StereoStatus::kFewFeatures: return finish(VoStatus::kFewFeatures);
@@ -284,7 +290,7 @@ void VisualOdometry::begin_ransac() {
   if (!params_.paper_exact) split_still_pairs();
   const MotionStatus status = ransac_.start(params_.motion, rig_, pairs_);
   if (status != MotionStatus::kRunning) {
-    if (!wide_) {
+    if (may_search_wide()) {
       begin_match(true);
     } else {
       lose(VoStatus::kFewMatches);
@@ -354,7 +360,7 @@ void VisualOdometry::begin_consensus() {
     return;
   }
   if (ransac_.status() != MotionStatus::kEstimated) {
-    if (!wide_) {
+    if (may_search_wide()) {
       begin_match(true);
     } else {
       lose(VoStatus::kNoConsensus);
@@ -384,7 +390,25 @@ void VisualOdometry::begin_alignment(const Pose3& T_cur_ref) {
   start_alignment();
 }
 
+/// Of a second look's pair the motion is worth less than that look.
+bool VisualOdometry::may_search_wide() const { return !wide_ && second_look_ops_ == 0; }
+
+/// With what refining takes, by a point. The most where there is no end to the plan.
+std::uint32_t VisualOdometry::affordable_points() const {
+  constexpr std::uint32_t kPointOps = kTemplateOps + 2 * kAlignOps + kRefinedOps;
+  const std::uint32_t taken = spent_ops_ + second_look_ops_;
+  return taken < params_.plan_ops ? (params_.plan_ops - taken) / kPointOps : 0;
+}
+
+/// Evenly over all, which come by rows.
+bool VisualOdometry::is_chosen(std::size_t i) const {
+  const std::size_t valid = reference().valid_points;
+  return most_aligned_ >= valid || (i + 1) * most_aligned_ / valid != i * most_aligned_ / valid;
+}
+
 void VisualOdometry::start_alignment() {
+  const std::uint32_t affordable = affordable_points();
+  most_aligned_ = affordable > kLeastAligned ? affordable : kLeastAligned;
   ++alignments_;
   pairs_.clear();
   cursor_ = 0;
@@ -416,7 +440,8 @@ bool VisualOdometry::apart(const Pose3& T_a_ref, const Pose3& T_b_ref, double le
 bool VisualOdometry::align_again() {
   constexpr int kMostAlignments = 2;
   const Pose3& refined = refine_.result().T_cur_ref;
-  if (alignments_ >= kMostAlignments || !apart(T_cur_ref_, refined, kRealignPx)) return false;
+  if (alignments_ >= kMostAlignments || affordable_points() < kLeastAligned) return false;
+  if (!apart(T_cur_ref_, refined, kRealignPx)) return false;
   T_cur_ref_ = refined;
   start_alignment();
   return true;

@@ -13,7 +13,8 @@ std::uint16_t difference(std::uint16_t a, std::uint16_t b) {
 
 RegionMergeStatus RegionMergeJob::start(const RegionMergeParams& params, RegionMap& map) {
   status_ = RegionMergeStatus::kBadInput;
-  if (params.merge_grey < 0 || params.merge_grey > 255 || params.min_area_px < 0 || map.numbers() < 1)
+  if (params.merge_grey < 0 || params.merge_grey > 255 || params.min_area_px < 0 ||
+      params.first_level_grey < 0 || params.first_level_grey > params.merge_grey || map.numbers() < 1)
     return status_;
   params_ = params;
   map_ = &map;
@@ -21,7 +22,7 @@ RegionMergeStatus RegionMergeJob::start(const RegionMergeParams& params, RegionM
   cursor_ = 0;
   regions_ = 0;
   pairs_fit_ = false;
-  level_grey_ = 0;
+  level_grey_ = params.first_level_grey;
   pruning_ = false;
   joined_in_pass_ = 0;
   status_ = RegionMergeStatus::kRunning;

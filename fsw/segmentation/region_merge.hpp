@@ -29,8 +29,9 @@
 namespace cairn {
 
 struct RegionMergeParams {
-  int merge_grey = 14;   ///< largest difference of means that is merged, 0 to 255 grey levels
-  int min_area_px = 12;  ///< smaller regions are given to a neighbour. 0 or 1: none
+  int merge_grey = 14;       ///< largest difference of means that is merged, 0 to 255 grey levels
+  int min_area_px = 12;      ///< smaller regions are given to a neighbour. 0 or 1: none
+  int first_level_grey = 0;  ///< of the first pass, 0 to merge_grey
 };
 
 enum class CAIRN_NODISCARD RegionMergeStatus : std::uint8_t {

@@ -182,7 +182,9 @@ void SegmentationJob::out_of_numbers() {
 void SegmentationJob::begin_merge() {
   const int pixel_area = params_.scale_divisor * params_.scale_divisor;
   const int min_area = params_.min_area_px / pixel_area + (params_.min_area_px % pixel_area != 0 ? 1 : 0);
-  const RegionMergeStatus started = merge_.start({params_.merge_grey, min_area}, map_);
+  // What a wider tolerance has joined already, no lower level need join.
+  const int first_level_grey = tolerance_grey_ > params_.connect_grey ? tolerance_grey_ : 0;
+  const RegionMergeStatus started = merge_.start({params_.merge_grey, min_area, first_level_grey}, map_);
   CAIRN_ASSERT(started == RegionMergeStatus::kRunning);
   cursor_ = 0;
   phase_ = Phase::kMerge;

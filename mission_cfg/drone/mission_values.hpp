@@ -9,6 +9,9 @@ namespace cairn::cfg {
 inline constexpr Mission kMission = [] {
   Mission m{};
   m.name = "drone";
+  m.pixels_per_region = 8;
+  m.vo_ops_per_pixel = 300;
+  m.boulder_ops_per_pixel = 200;
   m.landmark_least_pixel_m = 0.035;  // finer maps hold enough of what the window has
   m.max_landmarks = 128;
   m.landmark_window_m = 40.0;

@@ -8,6 +8,9 @@ namespace cairn::cfg {
 inline constexpr Mission kMission = [] {
   Mission m{};
   m.name = "euroc";
+  m.pixels_per_region = 8;
+  m.vo_ops_per_pixel = 300;
+  m.boulder_ops_per_pixel = 110;
   m.image_width_px = 752;
   m.image_height_px = 480;
   m.fx_px = 436.2345864027;

@@ -9,6 +9,9 @@ namespace cairn::cfg {
 inline constexpr Mission kMission = [] {
   Mission m{};
   m.name = "kitti";
+  m.pixels_per_region = 8;
+  m.vo_ops_per_pixel = 300;
+  m.boulder_ops_per_pixel = 110;
   m.image_width_px = 1242;
   m.image_height_px = 376;
   m.fx_px = 707.0912;

@@ -9,6 +9,9 @@ namespace cairn::cfg {
 inline constexpr Mission kMission = [] {
   Mission m{};
   m.name = "mast";
+  m.pixels_per_region = 8;
+  m.vo_ops_per_pixel = 300;
+  m.boulder_ops_per_pixel = 200;
   m.image_width_px = 1024;
   m.image_height_px = 768;
   m.fx_px = 788.410861474;

@@ -209,7 +209,7 @@ void test_slices_change_nothing(void**) {
 /// agree with ends no search early.
 LocalizerParams slow_vo() {
   LocalizerParams params;
-  params.vo.motion.max_hypotheses = 10000;
+  params.vo.motion.max_hypotheses = 5000;
   params.vo.motion.confidence = 1.0 - 1e-15;
   params.vo.motion.inlier_px = 0.04;
   params.vo.motion.min_inliers = 4;

@@ -128,6 +128,41 @@ void test_attends_to_boxes(void**) {
   assert_at_least(job.result().size(), everywhere.size() / 5);
 }
 
+/// Of so many operations, and what that cost.
+std::uint64_t run_planned(std::uint32_t ops) {
+  assert_status(job.start({}, kLeft, kRight, kPlane), ProbeStatus::kRunning);
+  job.plan(ops);
+  WorkBudget budget = WorkBudget::unlimited();
+  assert_int_equal(static_cast<int>(job.step(budget)), static_cast<int>(Progress::kDone));
+  return budget.spent();
+}
+
+/// Where all probes take more than is planned, upper rows keep all of theirs and lower ones have fewer: none
+/// that all do not have. What is enough changes nothing.
+void test_plan(void**) {
+  fill_scene(20.0, true);
+  const std::uint64_t cost = run_planned(UINT32_MAX);
+  const StereoProbeJob::Probes all = job.result();
+  assert_int_equal(job.thinned_rows(), 0);
+  for (const double share : {1.2, 0.8, 0.6, 0.0}) {
+    const auto plan = static_cast<std::uint32_t>(share * static_cast<double>(cost));
+    const std::uint64_t spent = run_planned(plan);
+    print_message("planned %u of %llu: %llu, %zu probes of %zu, %d rows thinned\n", plan,
+                  static_cast<unsigned long long>(cost), static_cast<unsigned long long>(spent),
+                  job.result().size(), all.size(), job.thinned_rows());
+    if (share > 0.0) assert_at_most(spent, 1.03 * plan);
+    assert_true((job.thinned_rows() > 0) == (share < 1.0));
+    std::size_t next = 0;
+    for (const StereoProbe& p : job.result()) {
+      while (next < all.size() && (all[next].u != p.u || all[next].v != p.v)) ++next;
+      assert_true(next < all.size());
+      assert_true(all[next++].d_px == p.d_px);
+    }
+    assert_at_least(job.result().size(), (std::min(share, 1.0) - 0.2) * static_cast<double>(all.size()));
+    assert_at_least(job.result().size(), 0.2 * static_cast<double>(all.size()));
+  }
+}
+
 /// At the left rim the right image does not hold the ground; rows that repeat agree there at too small a
 /// disparity all the same. No hole is found for it.
 void test_ground_beyond_the_left_rim(void**) {
@@ -411,6 +446,7 @@ void test_slices_give_the_same_probes(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
+      cmocka_unit_test(test_plan),
       cmocka_unit_test(test_ground_beyond_the_left_rim),
       cmocka_unit_test(test_plane_and_box),
       cmocka_unit_test(test_right_image_lower),

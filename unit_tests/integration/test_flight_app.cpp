@@ -921,7 +921,7 @@ void test_a_link_without_room(void**) {
 /// pixels get into the report of the one that VO is at.
 void test_overrun_of_vo(void**) {
   LocalizerParams slow;
-  slow.vo.motion.max_hypotheses = 15000;
+  slow.vo.motion.max_hypotheses = 3500;
   slow.vo.motion.confidence = 1.0 - 1e-15;
   slow.vo.motion.inlier_px = 0.04;
   slow.vo.motion.min_inliers = 4;

@@ -477,6 +477,38 @@ void test_init_forgets(void**) {
   assert_status(run(2), VoStatus::kFirstFrame);
 }
 
+std::uint64_t work_on(int k) {
+  assert_status(vo.start(view(left_pixels[k]), view(right_pixels[k])), VoStatus::kRunning);
+  WorkBudget budget = WorkBudget::unlimited();
+  assert_int_equal(static_cast<int>(vo.step(budget)), static_cast<int>(Progress::kDone));
+  return budget.spent();
+}
+
+/// Fewer points are aligned where all would take more than is planned, and the step is nearly as good.
+void test_work_is_planned(void**) {
+  VoParams params;
+  params.plan_ops = UINT32_MAX;
+  begin(params);
+  const std::uint64_t all = work_on(1);
+  const int inliers = vo.result().inliers;
+  params.plan_ops = static_cast<std::uint32_t>(all) - 1'000'000U;
+  begin(params);
+  const std::uint64_t planned = work_on(1);
+  print_message("%llu operations, planned %u: %llu; %d inliers, %d\n", static_cast<unsigned long long>(all),
+                params.plan_ops, static_cast<unsigned long long>(planned), inliers, vo.result().inliers);
+  assert_status(vo.status(), VoStatus::kMotion);
+  assert_at_most(planned, static_cast<double>(params.plan_ops) * 1.01);
+  assert_at_least(planned, static_cast<double>(params.plan_ops) * 0.9);
+  assert_at_most(vo.result().inliers, 0.95 * inliers);
+  assert_good_step(0, 1);
+  // However little there is, enough for a motion are aligned.
+  params.plan_ops = 1;
+  begin(params);
+  assert_at_most(work_on(1), planned);
+  assert_status(vo.status(), VoStatus::kMotion);
+  assert_good_step(0, 1);
+}
+
 // ---- noise ------------------------------------------------------------------------------------------------
 
 constexpr double kNoise = 32.0;  // of this ground, half of what its keypoints show
@@ -633,6 +665,7 @@ int main() {
       cmocka_unit_test(test_priors),
       cmocka_unit_test(test_rigs),
       cmocka_unit_test(test_init_forgets),
+      cmocka_unit_test(test_work_is_planned),
       cmocka_unit_test(test_noise_is_looked_at_halved),
       cmocka_unit_test(test_noise_comes_and_goes),
       cmocka_unit_test(test_noise_that_hides_all),

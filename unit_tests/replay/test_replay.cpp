@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0x60236DD8U, 0, 0};
-constexpr Golden kWhole = {35, 0xE2B93FE4U, 0xBDAD2FB8U, 0x6F9A220AU};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xECC5A064U, 0, 0};
+constexpr Golden kWhole = {35, 0xDDC113D2U, 0x8ECD063DU, 0xBD51CFD1U};  // with the fix of frame 30
 
 tape::Telemetry t;
 

@@ -55,7 +55,7 @@ void test_a_raw_pair(void**) {
   const std::string file = scratch.file("chain.yaml", chain(1.5)).string();
   const std::string text = rig(file, 3);
   assert_true(says(text, "not rectified") && says(text, "turned    the right camera by"));
-  assert_true(says(text, "1572864 operations a pair, 2.7 % of odometry's budget"));
+  assert_true(says(text, "1572864 operations a pair, 3.8 % of odometry's budget"));
   assert_true(!says(text, "warning"));
   const json told = json::parse(rig(file + " --json", 3));
   const json& made = told["rectification"];
