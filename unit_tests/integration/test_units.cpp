@@ -1,10 +1,12 @@
 // No unit of work is longer than doc/BUDGETS.md says: what a slice, however small, is held up by. A budget of
 // one operation grants one unit, so that what a step spends is that unit's cost.
 #include <algorithm>
+#include <cmath>
 
 #include "app/unit_bounds.hpp"
 #include "integration/replay.hpp"
 #include "schedule.hpp"
+#include "support/noise.hpp"
 
 using namespace cairn;
 using namespace cairn::test;
@@ -95,6 +97,37 @@ void test_long_steps_fit_the_schedule(void**) {
   assert_at_most(longest, 0.9 * cfg::kVoOps);
 }
 
+// In noise most disparities have rivals, each of which is compared to the end, and there are regions all over.
+void test_noise_fits_the_schedule(void**) {
+  static Pair pair;
+  const ground::Dataset data = ground::Dataset::open(kSample);
+  assert_status(localizer.init({}, rig_of(data)), LocalizerStatus::kReady);
+  assert_status(localizer.set_start(*data.truth_rover(0), 0.02, 0.004), LocalizerStatus::kReady);
+  Random random(3);
+  int thinned_rows = 0;
+  for (int i = 0; i < (kSanitized ? 2 : 6); ++i) {
+    load(data.frames()[static_cast<std::size_t>(i)], pair);
+    for (ground::Image* image : {&pair.left, &pair.right}) {
+      for (std::uint8_t& p : image->pixels)
+        p = static_cast<std::uint8_t>(std::clamp(std::lround(p + 10.0 * i * normal(random)), 0L, 255L));
+    }
+    assert_status(localizer.begin_frame(pair.left.view(), pair.right.view(), nullptr),
+                  LocalizerStatus::kReady);
+    WorkBudget vo = WorkBudget::unlimited();
+    assert_status(localizer.step_vo(vo), Progress::kDone);
+    WorkBudget boulders = WorkBudget::unlimited();
+    assert_status(localizer.step_boulders(boulders), Progress::kDone);
+    thinned_rows += localizer.observer().counts().thinned_rows;
+    print_message("noise of %d: VO %.2f of %.2f million operations, boulders %.2f of %.2f\n", 10 * i,
+                  1e-6 * static_cast<double>(vo.spent()), 1e-6 * cfg::kVoPlanOps,
+                  1e-6 * static_cast<double>(boulders.spent()), 1e-6 * cfg::kProbePlanOps);
+    assert_true(i > 0 || thinned_rows == 0);
+    assert_at_most(vo.spent(), 1.1 * cfg::kVoPlanOps);
+    assert_at_most(boulders.spent(), 1.3 * cfg::kProbePlanOps);
+  }
+  assert_true(kSanitized || thinned_rows > 0);
+}
+
 }  // namespace
 
 int main() {
@@ -103,6 +136,7 @@ int main() {
       cmocka_unit_test(test_bounds),
       cmocka_unit_test(test_paper_variant),
       cmocka_unit_test(test_long_steps_fit_the_schedule),
+      cmocka_unit_test(test_noise_fits_the_schedule),
   };
   return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
