@@ -136,8 +136,8 @@ class StereoProbeJob {
   void next_row();
   void count_boxes(const Boxes& boxes, std::int16_t (&edges)[kCells + 1]) const;
   void choose_probes();
-  double weight_of_probe(int v) const;
-  int thinning(int wanted);
+  [[gnu::cold]] double weight_of_probe(int v) const;
+  [[gnu::cold]] int thinning(int wanted);
   void next_probe();
   template <bool kComplements>
   static void prepare(const ImageU8& image, int v, Band& band);

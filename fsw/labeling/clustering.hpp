@@ -80,8 +80,8 @@ class ClusteringJob {
   static constexpr std::uint16_t kNone = 0xFFFF;
   enum class Phase : std::uint8_t { kStrips, kSpread, kNumber, kLabels };
 
-  void lay_in_strips();
-  std::uint32_t spread_cost();
+  [[gnu::cold]] void lay_in_strips();
+  [[gnu::cold]] std::uint32_t spread_cost();
   void spread_unit();
   void number_clusters();
   void label_unit();

@@ -133,7 +133,7 @@ class VisualOdometry {
   void split_still_pairs();
   void leave_out_own_points(const Pose3& T_cur_ref);
   void begin_alignment(const Pose3& T_cur_ref);
-  void start_alignment();
+  [[gnu::cold]] void start_alignment();
   std::uint32_t affordable_points() const;
   bool is_chosen(std::size_t i) const;  ///< for the alignment under way
   /// True where the refined motion moved the predictions so far that patches left out may now be found.
