@@ -294,6 +294,10 @@ FusionResult PoseFusion::prove(const FixOffset& fix) {
     const double least = 0.5 * (fix.covariance(i, i) + snapshot_P_(5 + i, 5 + i));
     if (snapshot_P_(i, i) < least) snapshot_P_(i, i) = least;
   }
+  for (int i = 0; i < 8; ++i) {  // what the start was off is taken for no rates
+    if (i == 3 || i == 4) continue;
+    for (int rate = 3; rate < 5; ++rate) snapshot_P_(i, rate) = snapshot_P_(rate, i) = 0.0;
+  }
   const FusionResult agreed = fuse(fix, 1.0, params_.claim_chi2);
   if (agreed.status != FusionStatus::kInconsistent) return agreed;
   rates_before_fix_ = rates_;

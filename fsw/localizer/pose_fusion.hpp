@@ -23,7 +23,8 @@
 ///     P_ii >= n_i / 2,  n_i = R_ii + C_ii for x, y and yaw    (C: of c)
 /// and only where they agree, d <= claim_chi2; else the fix stands alone. Whatever was claimed, the pose then
 /// lies sqrt(2 claim_chi2) of the sigmas that come out from where the fix is, at most, fewer than three:
-/// a false claim that passes pulls by n (d / (P + n))^(1/2), and the variance is P n / (P + n).
+/// a false claim that passes pulls by n (d / (P + n))^(1/2), and the variance is P n / (P + n). That fix
+/// teaches no rates: what the start was off would be taken for what VO drifted since, and grow again.
 ///
 /// A fix lands at its own time. `snapshot` keeps P; steps since then gather the transition F and the noise Q;
 /// the update is made on the kept P and carried forward, P_now = F P' F' + Q. That is what a filter would

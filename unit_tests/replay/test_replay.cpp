@@ -15,7 +15,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0xECC5A064U, 0, 0};
-constexpr Golden kWhole = {35, 0xDDC113D2U, 0x8ECD063DU, 0xBD51CFD1U};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x1EB7C596U, 0x265BE559U, 0x7638E559U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
