@@ -97,7 +97,7 @@ void test_long_steps_fit_the_schedule(void**) {
   assert_at_most(longest, 0.9 * cfg::kVoOps);
 }
 
-// In noise most disparities have rivals, each of which is compared to the end, and there are regions all over.
+// In noise most disparities have rivals, each of which is compared to the end, and all is full of regions.
 void test_noise_fits_the_schedule(void**) {
   static Pair pair;
   const ground::Dataset data = ground::Dataset::open(kSample);
