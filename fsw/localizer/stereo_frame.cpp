@@ -297,6 +297,7 @@ void StereoFrameJob::take_plane() {
   const double cv = 0.5 * rig_.height_px;
   frame_->plane = Vec3(plane_[0] / cu, plane_[1] / cu, plane_[2] - (plane_[0] * cu + plane_[1] * cv) / cu);
   frame_->valid_points = 0;
+  frame_->patch_variance = 0.0F;
   cursor_ = 0;
   phase_ = Phase::kRefine;
 }
@@ -334,6 +335,7 @@ void StereoFrameJob::refine_point(std::size_t i) {
   point.take(corrected);
   if (point.d_px < min_disparity_px_) return;
   point.valid = true;
+  frame_->patch_variance += patch.variance;
   ++frame_->valid_points;
 }
 
@@ -346,6 +348,7 @@ bool StereoFrameJob::rows_agree() const {
 
 void StereoFrameJob::count_points() {
   points_ = static_cast<int>(frame_->valid_points);
+  if (points_ > 0) frame_->patch_variance /= static_cast<float>(points_);
   const bool good = points_ >= min_points_ && (params_.paper_exact || rows_agree());
   if (!good) status_ = StereoStatus::kFewPoints;
   describe_all_ = points_ < kFewPoints;

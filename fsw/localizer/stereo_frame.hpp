@@ -66,6 +66,7 @@ struct StereoFrame {
   FeatureExtractor left;                               ///< features, and the image that patches are cut from
   FixedVector<StereoPoint, cfg::kMaxFeatures> points;  ///< by index of the left feature
   std::size_t valid_points = 0;
+  float patch_variance = 0.0F;       ///< mean PatchTemplate::variance of the refined points
   Vec3 plane = Vec3(0.0, 0.0, 0.0);  ///< disparity of the ground: d = plane . (u, v, 1), px
 
   const Feature& feature(std::size_t i) const { return left.result().features[i]; }

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kRealignPx = 0.75;  // mean square shift of the predictions that asks for another alignment
 constexpr double kMinDepth = 0.05;
-constexpr float kGreyLevel2 = 4096.0F;  // as PatchTemplate::variance has it
-constexpr float kContrast = 1.0F / 32.0F;
+constexpr float kLeastDoubt = 1.0F / 32.0F;  // of a point, in its frame's mean contrast
+constexpr float kContrast = 1.0F / 8.0F;
 constexpr std::uint32_t kRefinedOps = 3'400;  // of a point, in all rounds together
 constexpr std::uint32_t kLeastAligned = 60;
 constexpr double kStill_px = 0.5;   // between two pictures, of a point that does not move
@@ -486,10 +486,14 @@ bool VisualOdometry::align_left(std::size_t i) {
 
 /// What of the patch looks otherwise now, a rock's side or the rim of its shadow above all, has moved
 /// otherwise: the more of it, the less the point says. Such patches are those of much contrast, and what
-/// interpolation blurs of any patch is a share of its contrast: that counts a little, too.
+/// interpolation blurs of any patch is a share of its contrast: that counts a little, too, up to the mean.
+/// It is a bias, not noise: all points of a kind lean one way, so that they count by the square. All in the
+/// reference's mean contrast: what is much on lunar soil is little on a road.
 float VisualOdometry::weight_of(float correlation) const {
-  const float unlike = std::fabs(1.0F - correlation * correlation) + kContrast;
-  return 1.0F / (kGreyLevel2 + unlike * aligned_.patch.variance);
+  const float contrast = aligned_.patch.variance / reference().patch_variance;
+  const float unlike = std::fabs(1.0F - correlation * correlation) * contrast;
+  const float doubt = kLeastDoubt + kContrast * (contrast < 1.0F ? contrast : 1.0F) + unlike;
+  return 1.0F / (doubt * doubt);
 }
 
 void VisualOdometry::align_right(std::size_t i) {

@@ -14,8 +14,8 @@ struct Golden {
   int frames;
   std::uint32_t poses, fixes, boulders;
 };
-constexpr Golden kShort = {5, 0xECC5A064U, 0, 0};
-constexpr Golden kWhole = {35, 0x1EB7C596U, 0x265BE559U, 0x7638E559U};  // with the fix of frame 30
+constexpr Golden kShort = {5, 0xA9018175U, 0, 0};
+constexpr Golden kWhole = {35, 0xE08AE9D0U, 0x84098F44U, 0xB4F30F74U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
