@@ -274,8 +274,10 @@ void test_contrast_counts_less(void**) {
   assert_at_most(wander(1.0), 7e-5);  // 8.7e-5 where all count alike
 }
 
-/// What is much contrast depends on the scene and its light: a picture that is flatter says the same.
-void test_contrast_counts_by_that_of_the_others(void**) { assert_at_most(wander(0.25), 7.5e-5); }
+/// What is much contrast depends on scene and light: a picture that is flatter all over says the same.
+void test_contrast_counts_by_that_of_the_others(void**) {
+  assert_at_most(wander(0.15), 9.8e-5);  // 10.6e-5 where a grey level is one whatever the contrast
+}
 
 void test_paper_exact_is_less_accurate(void**) {
   VoParams paper;
