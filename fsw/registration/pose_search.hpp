@@ -45,7 +45,7 @@ struct PoseSearchParams {
   VerdictParams verdict;
   double reach_sigmas = 5.0;  ///< [4, 8]
   int max_pairs = 32;         ///< of local boulders, [1, 4096]
-  double give_up = -12.0;     ///< nats, [-100, 0]
+  double give_up = -8.0;     ///< nats, [-100, 0]
   double ring = 2.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
   double least_ring = 1.5;    ///< [0, 10]
   double scale_sigma = 0.03;  ///< of the map's scale about 1, [0, 0.2]; 0: not looked at
