@@ -246,7 +246,7 @@ stress: ## a drive made to be hard in build/stress, for `make profile DRIVE=buil
 
 VARIANTS = $(shell sed -n 's/^\[variant\.\([a-z_]*\).*/\1/p' $(TIMING))
 WATCHED  = $(comma)budget=$(TIME_BUDGET)$(FRAME:%=$(comma)frame=%)$(VARIANT:%=$(comma)variant=%)
-PROFILE  = $(B)/profile$(DRIVE_NAME:%=-%)$(SLICE:%=-slice-%)$(VARIANT:%=-%)
+PROFILE  = $(B)/profile$(DRIVE_NAME:%=-%)$(FROM)$(SLICE:%=-slice-%)$(VARIANT:%=-%)
 profile: ## model cycles of each job on the emulated processor against its budget (TARGET=...; DRIVE=...; FRAME=n)
 	$(board)
 	$(call ready,test,host-cairn $(PROFILER) $(B)/replay.elf $(BARE_BOARD))
@@ -400,12 +400,16 @@ $(B)/platform/%.o: platform/%.S
 	@mkdir -p $(@D)
 	$(call say,AS,$<)
 	$(Q)$(CC) $(CPU) -c $< -o $@
-# Made on the host, for every target; DRIVE=folder or TAPE=file takes another drive.
-SAMPLE_TAPE  = build/sample-$(TAPE_FRAMES).tape
+# Made on the host, for every target; DRIVE=folder or TAPE=file takes another drive. A board's RAM holds some
+# 300 pairs: TAPE_FROM=n begins with another than the first.
+SAMPLE_TAPE  = build/sample$(FROM)-$(TAPE_FRAMES).tape
 DRIVE       ?=
 DRIVE_NAME  := $(notdir $(patsubst %/,%,$(DRIVE)))
 TAPE_FRAMES ?= 35
-DRIVE_TAPE  := $(DRIVE:%=build/drives/$(DRIVE_NAME)-$(TAPE_FRAMES).tape)
+TAPE_FROM   ?= 0
+FROM        := $(patsubst -0,,-$(TAPE_FROM))
+TAPED        = $(TAPE_FROM):$(shell expr $(TAPE_FROM) + $(TAPE_FRAMES))
+DRIVE_TAPE  := $(DRIVE:%=build/drives/$(DRIVE_NAME)$(FROM)-$(TAPE_FRAMES).tape)
 TAPE        ?= $(or $(DRIVE_TAPE),$(SAMPLE_TAPE))
 $(B)/platform/tape/tape_image.o: platform/tape/tape_image.S $(TAPE) $(B)/tape.name
 	@mkdir -p $(@D)
@@ -415,13 +419,13 @@ $(B)/tape.name: FORCE
 	@echo '$(TAPE)' | cmp -s - $@ || echo '$(TAPE)' >$@
 $(SAMPLE_TAPE): $(wildcard $(SAMPLE)/*.txt $(SAMPLE)/*.csv) | $(if $(BARE),host-cairn,$(CAIRN))
 	@build/host/cairn map build --from-csv $(SAMPLE)/truth_rocks.csv -o build/sample.cmap
-	@build/host/cairn tape --dataset $(SAMPLE) --map build/sample.cmap --frames 0:$(TAPE_FRAMES) -o $@
+	@build/host/cairn tape --dataset $(SAMPLE) --map build/sample.cmap --frames $(TAPED) -o $@
 # Over its own map where the folder has one, else over that of its true rocks.
 $(DRIVE_TAPE): $(wildcard $(DRIVE)/*.txt $(DRIVE)/*.csv) | host-cairn
 	@mkdir -p $(@D)
 	@[ -f $(DRIVE)/map.cmap ] && cp $(DRIVE)/map.cmap $(@:.tape=.cmap) || \
 	  build/host/cairn map build --from-csv $(DRIVE)/truth_rocks.csv -o $(@:.tape=.cmap)
-	@build/host/cairn tape --dataset $(DRIVE) --map $(@:.tape=.cmap) --frames 0:$(TAPE_FRAMES) -o $@
+	@build/host/cairn tape --dataset $(DRIVE) --map $(@:.tape=.cmap) --frames $(TAPED) -o $@
 # SLICE=ops: of one cycle, where not the mission's.
 SLICE ?=
 $(B)/platform/tape/replay.o: BARE_CXX += $(SLICE:%=-DCAIRN_SLICE_OPS=%)
