@@ -81,7 +81,7 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kFixBegin, "snapshot", Localizer::kBeginFixOps},
     {cfg::Task::kFix, "map: bytes of a CRC", kCrcUnitBytes},
     {cfg::Task::kFix, "map: 32 boulders", MapReader::kChunkOps},
-    {cfg::Task::kFix, "grid: begun", BoulderGrid::start_ops(cfg::kMaxMapWindowBoulders)},
+    {cfg::Task::kFix, "search: begun", PoseSearchJob::start_ops(unit_bounds::kLocal)},
     {cfg::Task::kFix, "grid: 256 boulders", BoulderGrid::kChunkOps},
     {cfg::Task::kFix, "grid: cells summed", BoulderGrid::sum_ops()},
     {cfg::Task::kFix, "ground: 64 boulders", Ground::kChunkOps},

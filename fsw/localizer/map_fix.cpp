@@ -166,7 +166,7 @@ Progress MapFix::step(WorkBudget& budget) {
         if (read_window(budget) == Progress::kMore) return Progress::kMore;
         break;
       case Phase::kLay:
-        if (!budget.take(BoulderGrid::start_ops(window_.size()))) return Progress::kMore;
+        if (!budget.take(PoseSearchJob::start_ops(local_.size()))) return Progress::kMore;
         begin_search();
         break;
       case Phase::kSearch:

@@ -82,14 +82,14 @@ Progress Relocation::step(WorkBudget& budget) {
         progress = reader_.step(budget, chunk);
         for (const MapBoulder& b : chunk) window_full_ = !window_->push_back(b) || window_full_;
         if (progress == Progress::kMore && chunk.empty()) return Progress::kMore;
-        if (progress == Progress::kDone) phase_ = Phase::kLay;
-        break;
-      case Phase::kLay:
-        if (!budget.take(BoulderGrid::start_ops(window_->size()))) return Progress::kMore;
-        begin_ground();
+        if (progress == Progress::kDone) begin_ground();
         break;
       case Phase::kGround:
         if (ground_->step(budget) == Progress::kMore) return Progress::kMore;
+        if (ground_->status() != GridStatus::kReady) {
+          next_hit();
+          break;
+        }
         phase_ = Phase::kSight;
         sightings_.clear();
         sighted_ = 0;

@@ -73,7 +73,7 @@ class Relocation {
   std::uint32_t map_boulders() const { return static_cast<std::uint32_t>(wide_map_.size()); }
 
  private:
-  enum class Phase : std::uint8_t { kRead, kIndex, kSearch, kWindow, kLay, kGround, kSight, kWeigh, kAgain };
+  enum class Phase : std::uint8_t { kRead, kIndex, kSearch, kWindow, kGround, kSight, kWeigh, kAgain };
 
   void begin_search();
   void begin_window();

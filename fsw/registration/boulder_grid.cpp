@@ -28,33 +28,33 @@ GridStatus BoulderGrid::start(const MapBoulders& boulders, const Vec2& origin_ma
   if (boulders.empty()) return status_;
   status_ = GridStatus::kBadInput;
   if (!origin_map_m.allFinite() || !(least_cell_m >= 1.0e-3 && least_cell_m <= 1.0e3)) return status_;
-  for (const MapBoulder& b : boulders) {
-    if (!is_near(b.p_map_m) || !std::isfinite(b.diameter_m)) return status_;
-    const Vec2 p = b.p_map_m - origin_map_m;
+  source_ = &boulders;
+  origin_map_m_ = origin_map_m;
+  cells_per_m_ = 1.0 / least_cell_m;
+  phase_ = Phase::kCopy;
+  cursor_ = 0;
+  return status_ = GridStatus::kRunning;
+}
+
+/// One unit; false where a boulder is bad.
+bool BoulderGrid::copy_unit(std::uint32_t boulders) {
+  const std::uint32_t end = cursor_ + boulders;
+  for (; cursor_ < end; ++cursor_) {
+    const MapBoulder& b = (*source_)[cursor_];
+    if (!is_near(b.p_map_m) || !std::isfinite(b.diameter_m)) return false;
+    const Vec2 p = b.p_map_m - origin_map_m_;
+    const bool first = points_.empty();
+    if (first || p.x() < x0_m_) x0_m_ = p.x();
+    if (first || p.x() > x1_m_) x1_m_ = p.x();
+    if (first || p.y() < y0_m_) y0_m_ = p.y();
+    if (first || p.y() > y1_m_) y1_m_ = p.y();
     points_.append({p.x(), p.y(), b.diameter_m});  // the capacity is that of the window
   }
-  cells_per_m_ = 1.0 / least_cell_m;
-  lay();
-  phase_ = Phase::kCount;
-  cursor_ = 0;
-  status_ = GridStatus::kRunning;
-  return status_;
+  return true;
 }
 
 void BoulderGrid::lay() {
-  double x0 = points_[0].x_m;
-  double x1 = x0;
-  double y0 = points_[0].y_m;
-  double y1 = y0;
-  for (const GridPoint& p : points_) {
-    if (p.x_m < x0) x0 = p.x_m;
-    if (p.x_m > x1) x1 = p.x_m;
-    if (p.y_m < y0) y0 = p.y_m;
-    if (p.y_m > y1) y1 = p.y_m;
-  }
-  x0_m_ = x0;
-  y0_m_ = y0;
-  const double extent = x1 - x0 > y1 - y0 ? x1 - x0 : y1 - y0;
+  const double extent = x1_m_ - x0_m_ > y1_m_ - y0_m_ ? x1_m_ - x0_m_ : y1_m_ - y0_m_;
   if (extent * cells_per_m_ > kSide) cells_per_m_ = kSide / extent;
   reach_per_m_ = cells_per_m_ * (1.0 + 1.0e-9);
   for (std::uint16_t& count : cell_begin_) count = 0;
@@ -91,8 +91,27 @@ void BoulderGrid::place_unit() {
   }
 }
 
+Progress BoulderGrid::copy(WorkBudget& budget) {
+  const auto all = static_cast<std::uint32_t>(source_->size());
+  while (cursor_ < all) {
+    const std::uint32_t count = all - cursor_ < kChunk ? all - cursor_ : kChunk;
+    if (!budget.take(copy_ops(count))) return Progress::kMore;
+    if (copy_unit(count)) continue;
+    status_ = GridStatus::kBadInput;
+    return Progress::kDone;
+  }
+  lay();
+  phase_ = Phase::kCount;
+  cursor_ = 0;
+  return Progress::kDone;
+}
+
 Progress BoulderGrid::step(WorkBudget& budget) {
   while (status_ == GridStatus::kRunning) {
+    if (phase_ == Phase::kCopy) {
+      if (copy(budget) == Progress::kMore) return Progress::kMore;
+      continue;
+    }
     const bool summing = phase_ == Phase::kSum;
     if (!budget.take(summing ? sum_ops() : kChunkOps)) return Progress::kMore;
     if (summing) {

@@ -13,8 +13,8 @@
 /// of them: `BoulderQuery::ops` says beforehand what it costs, and `cut` cuts it, so that no unit of work
 /// need be longer than kPiece boulders. Pieces one after the other visit what the whole does, in its order.
 ///
-/// Cost. start() copies and checks, 5 operations a boulder (start_ops), counted by who calls it. step(): 8
-/// operations a boulder and 4096 once; units of 256 boulders. A query: see BoulderQuery.
+/// Cost. start(): next to nothing. step(): copies and checks, 5 operations a boulder; then 8 a boulder and
+/// 4096 once; units of 256 boulders. A query: see BoulderQuery.
 #pragma once
 
 #include <cstdint>
@@ -84,22 +84,20 @@ class BoulderGrid {
   static constexpr double kMaxCoordinate_m = 1.0e7;
   static constexpr std::uint32_t kChunk = 256;  ///< boulders of a unit
   static constexpr std::uint32_t kChunkOps = 4 * kChunk;
+  static constexpr std::uint32_t copy_ops(std::uint32_t boulders) { return 5U * boulders; }
   static constexpr std::uint32_t sum_ops() { return kSide * kSide; }
-  /// Of start(), for who calls it.
-  static constexpr std::uint32_t start_ops(std::size_t boulders) {
-    return 10U + 5U * static_cast<std::uint32_t>(boulders);
-  }
   /// Of a piece of a question.
   static constexpr std::uint32_t most_piece_ops() { return BoulderQuery::ops(kSide, BoulderQuery::kPiece); }
 
-  /// Copies positions (less `origin_map_m`) and diameters. kRunning, or what is wrong with the input.
+  /// kRunning, or what is wrong with the input but its boulders. These are borrowed: step() copies positions
+  /// (less `origin_map_m`) and diameters, and ends with kBadInput where one is bad.
   /// `least_cell_m`: [1e-3, 1e3].
   GridStatus start(const MapBoulders& boulders, const Vec2& origin_map_m, double least_cell_m);
   Progress step(WorkBudget& budget);  ///< the same grid for every slicing
   GridStatus status() const { return status_; }
 
   std::size_t size() const { return points_.size(); }
-  /// By the index in the MapBoulders of start(); there from start() on.
+  /// By the index in the MapBoulders of start().
   const GridPoint& operator[](std::size_t index) const { return points_[index]; }
 
   /// `radius_m`: at least 0. A point that is not finite, or far outside, is asked about like any other.
@@ -115,8 +113,10 @@ class BoulderGrid {
 
  private:
   static constexpr int kSide = 64;
-  enum class Phase : std::uint8_t { kCount, kSum, kPlace };
+  enum class Phase : std::uint8_t { kCopy, kCount, kSum, kPlace };
 
+  Progress copy(WorkBudget& budget);
+  bool copy_unit(std::uint32_t boulders);
   void lay();
   int cell_of(const GridPoint& p) const;
   void count_unit();
@@ -124,11 +124,15 @@ class BoulderGrid {
   void place_unit();
 
   GridStatus status_ = GridStatus::kIdle;
-  Phase phase_ = Phase::kCount;
+  Phase phase_ = Phase::kCopy;
   std::uint32_t cursor_ = 0;
+  const MapBoulders* source_ = nullptr;  ///< while they are copied
+  Vec2 origin_map_m_ = Vec2(0.0, 0.0);
   FixedVector<GridPoint, cfg::kMaxMapWindowBoulders> points_;
   double x0_m_ = 0.0;  ///< corner of the grid: the smallest coordinates
   double y0_m_ = 0.0;
+  double x1_m_ = 0.0;  ///< the largest
+  double y1_m_ = 0.0;
   double cells_per_m_ = 1.0;
   double reach_per_m_ = 1.0;  ///< a hair more: rounding must not lose a boulder that lies on a circle
   std::uint16_t cell_begin_[kSide * kSide + 1] = {};

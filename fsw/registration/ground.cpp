@@ -205,6 +205,10 @@ Progress Ground::step(WorkBudget& budget) {
   while (status_ == GridStatus::kRunning) {
     if (phase_ == Phase::kGrid) {
       if (grid_.step(budget) == Progress::kMore) return Progress::kMore;
+      if (grid_.status() != GridStatus::kReady) {
+        status_ = grid_.status();
+        continue;
+      }
     } else if (phase_ == Phase::kCover || phase_ == Phase::kDensity) {
       if (!budget.take(row_ops())) return Progress::kMore;
       const bool laying = phase_ == Phase::kCover;

@@ -15,9 +15,9 @@
 ///
 /// Coordinates: axes of `map` about the centre.
 ///
-/// Cost. start(): the grid's. step(): the grid's, 70 operations a boulder and 20,000 once, and
-/// 256 questions to the grid; units of 64 boulders, of all cells' cover, of all cells' density,
-/// of a piece of one question.
+/// Cost. start(): next to nothing; the boulders are borrowed as the grid borrows them. step(): the grid's, 70
+/// operations a boulder and 20,000 once, and 256 questions to the grid; units of 64 boulders, of all cells'
+/// cover, of all cells' density, of a piece of one question.
 #pragma once
 
 #include <cstdint>

@@ -448,6 +448,7 @@ Progress IcpJob::step(WorkBudget& budget) {
     const auto n = static_cast<std::uint32_t>(local_.size());
     if (phase_ == Phase::kGrid) {
       if (map_.step(budget) == Progress::kMore) return Progress::kMore;
+      if (map_.status() != GridStatus::kReady) status_ = IcpStatus::kBadInput;
       phase_ = Phase::kPair;
     } else if (phase_ == Phase::kPair) {
       const BoulderQuery query = map_.query(apply(state_, local_[cursor_]), gate_m_);

@@ -30,7 +30,7 @@
 /// Nearest neighbours come from a grid over the map boulders (boulder_grid.hpp) whose cells are at least one
 /// gate wide: exactly the brute force's result (ties: lowest index) at the cost of nine cells.
 ///
-/// Cost. start(): copies and checks the inputs, about 10 operations a boulder. An iteration: n (420 + 4 c)
+/// Cost. start(): copies and checks the local map, about 10 operations a boulder. An iteration: n (420 + 4 c)
 /// operations for n local boulders with c map boulders in nine cells. Units: 256 map boulders (index), one
 /// local boulder (pairing), one estimate (400 n operations).
 #pragma once
@@ -124,12 +124,13 @@ struct IcpResult {
       pairs;  ///< those used, in order of residual before the last estimate
 };
 
-/// One registration, resumable. All inputs are copied at start.
+/// One registration, resumable. The map's boulders are borrowed until step() has laid its grid over them, all
+/// else is copied at start.
 class IcpJob {
  public:
   static constexpr std::uint32_t kEstimateOps = 400;  ///< per local boulder
 
-  /// kRunning, or what is wrong with the input.
+  /// kRunning, or what is wrong with the input; of the map's boulders step() tells.
   IcpStatus start(const IcpParams& params, const MapBoulders& map, const LocalMap& local,
                   const Pose2& T_map_site_prior, const Vec2& pivot_site_m,
                   const IcpPrior& prior = IcpPrior());

@@ -525,6 +525,7 @@ Progress PoseSearchJob::step(WorkBudget& budget) {
     switch (phase_) {
       case Phase::kGround:
         if (ground_.step(budget) == Progress::kMore) return Progress::kMore;
+        if (ground_.status() != GridStatus::kReady) status_ = SearchStatus::kBadInput;
         phase_ = Phase::kSight;
         break;
       case Phase::kSight:

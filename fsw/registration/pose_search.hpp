@@ -26,7 +26,7 @@
 /// what chance does on this map is not known: kNoSearchRoom. To give the ring its whole width, a window
 /// should have reach_sigmas sigma + farthest local boulder + ring / sqrt(density).
 ///
-/// Cost. start(): copies and checks, about 20 operations a boulder, on no budget. Then map boulders within
+/// Cost. start(): copies the local map, start_ops(), for who calls it. Then map boulders within
 /// reach times pairs, some 10 looks each; no unit above 5,000 operations, or sort_ops(), which is more from
 /// 264 local boulders on. Static memory: sizeof(PoseSearchJob), under kPoseSearchMaxBytes.
 #pragma once
@@ -45,7 +45,7 @@ struct PoseSearchParams {
   VerdictParams verdict;
   double reach_sigmas = 5.0;  ///< [4, 8]
   int max_pairs = 32;         ///< of local boulders, [1, 4096]
-  double give_up = -8.0;     ///< nats, [-100, 0]
+  double give_up = -8.0;      ///< nats, [-100, 0]
   double ring = 2.0;          ///< width of the decoys' ring in mean spacings, [0, 10]
   double least_ring = 1.5;    ///< [0, 10]
   double scale_sigma = 0.03;  ///< of the map's scale about 1, [0, 0.2]; 0: not looked at
@@ -84,6 +84,9 @@ struct SearchResult {
 
 class PoseSearchJob {
  public:
+  static constexpr std::uint32_t start_ops(std::size_t local_boulders) {
+    return 15U * static_cast<std::uint32_t>(local_boulders);
+  }
   static constexpr std::uint32_t sight_ops(std::size_t sightings) {
     return 30U + 5U * static_cast<std::uint32_t>(sightings);
   }
@@ -101,8 +104,8 @@ class PoseSearchJob {
   static constexpr std::uint32_t look_ops(std::uint32_t query) { return 12U + query; }
 
   /// `window_radius_m`: the map boulders are all those within it about the prior's pivot.
-  /// `covariance`: of the pivot's x, y and of yaw in map (m, m, rad), positive definite. The map and
-  /// the local map are copied.
+  /// `covariance`: of the pivot's x, y and of yaw in map (m, m, rad), positive definite. The map
+  /// is borrowed until step() has copied it, the local map is copied.
   SearchStatus start(const PoseSearchParams& params, const MapBoulders& map, double window_radius_m,
                      const LocalMap& local, const Pose2& T_map_site_prior, const Vec2& pivot_site_m,
                      const Mat3& covariance);

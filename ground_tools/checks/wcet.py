@@ -8,7 +8,7 @@ ROWS: what schedule.cpp prints. UNITS: what units.cpp prints. LOGS: consoles of 
 
 A task does no more in a minor frame than its row of the schedule grants, and one unit: the executive sees to that. A call of cycle()
 does no more than its slice and one unit, beside what no job counts. Operations become seconds by cycles_per_op, those of a slice by
-slice_cycles_per_op, at the clock of platform/<target>/timing.toml. Fails where more was seen than the bound.
+slice_cycles_per_op, of one unit by unit_cycles_per_op, at the clock of platform/<target>/timing.toml. Fails where more was seen than the bound.
 """
 import os
 import re
@@ -40,7 +40,7 @@ def longest_seen(logs):
 def check(budget, clock_mhz, target, rows, slice_ops, units, logs, weights):
     """Faults, and the lines of the table."""
     each = {job["task"]: job["cycles_per_op"][target] for job in budget["job"] if "task" in job}
-    dearest = max(job["slice_cycles_per_op"][target] for job in budget["job"] if "slice_cycles_per_op" in job)
+    of_slice, of_unit = (max(job[kind][target] for job in budget["job"] if kind in job) for kind in ("slice_cycles_per_op", "unit_cycles_per_op"))
     seen = longest_seen(logs)
     faults, lines = [], []
 
@@ -62,13 +62,13 @@ def check(budget, clock_mhz, target, rows, slice_ops, units, logs, weights):
     lines.append(f"  {'cycle()':<16}{'bound, ms':>10}   slice, and the longest unit")
     task, what, unit = max(units, key=lambda of: of[2])
     for name, ops in (("usual slice", slice_ops), ("smallest slice", 0)):
-        bound = 1e3 * (ops + unit) * dearest / (1e6 * clock_mhz)
+        bound = 1e3 * (ops * of_slice + unit * of_unit) / (1e6 * clock_mhz)
         lines.append(f"  {name:<16}{bound:>10.2f}   {ops}, {task} {what}: {unit} weighted operations")
     return faults, lines
 
 
 def self_test():
-    budget = {"job": [{"name": task, "task": task, "cycles_per_op": {"a": 2.0}} for task in TASKS] + [{"name": "cycle", "slice_cycles_per_op": {"a": 3.0}}]}
+    budget = {"job": [{"name": task, "task": task, "cycles_per_op": {"a": 2.0}} for task in TASKS] + [{"name": "cycle", "slice_cycles_per_op": {"a": 3.0}, "unit_cycles_per_op": {"a": 5.0}}]}
     rows = [("vo", 0, 2, 1000000), ("fix", 2, 2, 2000000)]
     units = [("vo", "row", 20000), ("fix", "look", 4000)]
     weights = {"vo": 1, "boulders": 4, "fix": 4}
@@ -78,6 +78,7 @@ def self_test():
         assert len(faults) == expected, (ops, faults)
     assert "vo: 2.040 s in frame 7 of d, the bound is 2.040 s" in faults[0], faults
     assert any(line.split()[:3] == ["vo", "2.040", "2.040"] for line in lines), lines
+    assert any(line.split()[:3] == ["usual", "slice", "100.30"] for line in lines), lines
     print("wcet: self-test passed (1 planted fault seen)")
 
 

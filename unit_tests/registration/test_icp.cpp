@@ -754,10 +754,10 @@ void test_bad_input(void**) {
     assert_status(job.start(plain(), map_boulders, local_map, kTruth, kPivot, {true, 0.1, v}),
                   IcpStatus::kBadInput);
     map_boulders[3].p_map_m.x() = v;
-    assert_status(start_with(plain()), IcpStatus::kBadInput);
+    assert_status(run(plain(), kTruth), IcpStatus::kBadInput);
     good_scene();
     map_boulders[3].diameter_m = static_cast<float>(v);
-    assert_status(start_with(plain()), IcpStatus::kBadInput);
+    assert_status(run(plain(), kTruth), IcpStatus::kBadInput);
     good_scene();
     local_map[3].p_site_m.y() = v;
     assert_status(start_with(plain()), IcpStatus::kBadInput);
