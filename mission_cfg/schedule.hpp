@@ -64,7 +64,7 @@ inline constexpr int kScheduleRows = sizeof(kSchedule) / sizeof(kSchedule[0]);
 
 /// Weighted operations that one call of the executive's cycle may spend: how long the caller's main loop may
 /// be held up. One unit more, at most.
-inline constexpr std::uint32_t kSliceOps = 450'000;
+inline constexpr std::uint32_t kSliceOps = 400'000;
 
 /// Whether the row is one of this minor frame.
 constexpr bool is_of(const ScheduleRow& row, int minor) {
