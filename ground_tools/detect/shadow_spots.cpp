@@ -48,56 +48,87 @@ void mean_row_of_valid(const RowPair& grey, const RowPair& valid, int width, std
 }
 
 /// Sums over boxes of valid pixels, and how many those are, about one row after the other.
+template <int kRadius>
 class BoxSums {
  public:
-  BoxSums(const GreyTile& tile, int radius, int first_row)
-      : grey_(tile.grey), valid_(tile.valid), radius_(radius), row_(first_row - 1) {
-    column_.assign(static_cast<std::size_t>(grey_.width), {0, 0});
+  static constexpr std::uint32_t kWhole = (2 * kRadius + 1) * (2 * kRadius + 1);
+
+  BoxSums(const GreyTile& tile, int first_row) : grey_(tile.grey), valid_(tile.valid), row_(first_row - 1) {
+    column_.resize(static_cast<std::size_t>(grey_.width));
+    count_.resize(column_.size());
     sum_.resize(column_.size() + 1);
-    for (int y = std::max(0, row_ - radius); y <= std::min(grey_.height - 1, row_ + radius); ++y) add(y, 1U);
+    for (int y = std::max(0, row_ - kRadius); y <= std::min(grey_.height - 1, row_ + kRadius); ++y)
+      add(y, 1U);
   }
   void next_row() {
     ++row_;
-    if (row_ - radius_ > 0) add(row_ - radius_ - 1, ~0U);
-    if (row_ + radius_ < grey_.height) add(row_ + radius_, 1U);
-    Box total{0, 0};
-    for (std::size_t x = 0; x < column_.size(); ++x) {
-      sum_[x] = total;
-      total.sum += column_[x].sum;
-      total.count += column_[x].count;
-    }
-    sum_.back() = total;
+    const bool loses = row_ - kRadius > 0;
+    const bool gains = row_ + kRadius < grey_.height;
+    if (loses) add(row_ - kRadius - 1, ~0U);
+    if (gains) add(row_ + kRadius, 1U);
+    add_along(column_, sum_);
+    if (counts_.empty() || loses != gains || valid_.data != nullptr) count_boxes();
   }
-  struct Box {
-    std::uint32_t sum, count;
-
-    std::uint32_t mean16() const { return count == kWhole ? 16 * sum / kWhole : 16 * sum / count; }
-  };
-  /// Around column x of the row.
-  Box box(int x) const {
-    const Box& from = sum_[static_cast<std::size_t>(std::max(0, x - radius_))];
-    const Box& to = sum_[static_cast<std::size_t>(std::min(grey_.width, x + radius_ + 1))];
-    return {to.sum - from.sum, to.count - from.count};
+  /// Of boxes kRadius and more from the image's sides.
+  bool all_whole() const { return all_whole_; }
+  /// Mean in 1/16 levels around column x of the row, where pixels are missing; false: there is none.
+  bool mean16(int x, std::uint32_t& mean) const {
+    const std::uint32_t count = in_box(counts_, x);
+    if (count != 0) mean = 16 * in_box(sum_, x) / count;
+    return count != 0;
   }
+  bool is_whole(int x) const { return in_box(counts_, x) == kWhole; }
+  /// The box of column x of the row, kRadius and more from the image's sides, begins and ends here.
+  const std::uint32_t* from(int x) const { return &sum_[static_cast<std::size_t>(x - kRadius)]; }
+  const std::uint32_t* to(int x) const { return &sum_[static_cast<std::size_t>(x + kRadius + 1)]; }
 
  private:
-  static constexpr std::uint32_t kWhole = (2 * kFarRadius + 1) * (2 * kFarRadius + 1);
+  using Row = std::vector<std::uint32_t>;
 
+  std::uint32_t in_box(const Row& along, int x) const {
+    return along[static_cast<std::size_t>(std::min(grey_.width, x + kRadius + 1))] -
+           along[static_cast<std::size_t>(std::max(0, x - kRadius))];
+  }
+  static void add_along(const Row& column, Row& along) {
+    std::uint32_t total = 0;
+    for (std::size_t x = 0; x < column.size(); ++x) {
+      along[x] = total;
+      total += column[x];
+    }
+    along.back() = total;
+  }
+  void count_boxes() {
+    counts_.resize(sum_.size());
+    add_along(count_, counts_);
+    constexpr std::size_t kSide = 2 * kRadius + 1;
+    std::uint32_t missing = 0;
+    for (std::size_t x = kSide; x < counts_.size(); ++x)
+      missing |= (counts_[x] - counts_[x - kSide]) ^ kWhole;
+    all_whole_ = missing == 0;
+  }
   void add(int y, std::uint32_t times) {
     const std::uint8_t* const g = grey_.row(y);
-    const std::uint8_t* const v = valid_.data == nullptr ? nullptr : valid_.row(y);
-    for (std::size_t x = 0; x < column_.size(); ++x) {
-      const std::uint32_t n = v == nullptr || v[x] != 0 ? times : 0U;
-      column_[x].sum += n * g[x];
-      column_[x].count += n;
+    std::uint32_t* const column = column_.data();
+    std::uint32_t* const count = count_.data();
+    const std::size_t n = column_.size();
+    if (valid_.data == nullptr) {
+      for (std::size_t x = 0; x < n; ++x) column[x] += times * g[x];
+      for (std::size_t x = 0; x < n; ++x) count[x] += times;
+      return;
+    }
+    const std::uint8_t* const v = valid_.row(y);
+    for (std::size_t x = 0; x < n; ++x) {
+      const std::uint32_t m = v[x] != 0 ? times : 0U;
+      column[x] += m * g[x];
+      count[x] += m;
     }
   }
 
   ImageU8 grey_, valid_;
-  int radius_;
   int row_;
-  std::vector<Box> column_;
-  std::vector<Box> sum_;  ///< along the row, exclusive
+  bool all_whole_ = false;
+  Row column_, count_;
+  Row sum_, counts_;  ///< along the row, exclusive
 };
 
 /// Darkness of spots below their surroundings in 1/16 grey levels, row by row; 0 where it is less than asked
@@ -107,32 +138,56 @@ class DarkRows {
   static constexpr int kKept = 2 * kMaximumRadius + 1;
 
   DarkRows(const GreyTile& tile, const PixelRect& where, double least_share)
-      : near_(tile, kNearRadius, where.y0),
-        far_(tile, kFarRadius, where.y0),
+      : near_(tile, where.y0),
+        far_(tile, where.y0),
         x0_(where.x0),
+        width_(tile.grey.width),
         share_(static_cast<std::uint32_t>(std::lround(least_share * 256.0))) {
     for (auto& row : rows_) row.resize(static_cast<std::size_t>(where.width));
   }
+  /// As if all boxes were whole, by vectors; then again where one is not.
   void next_row() {
     near_.next_row();
     far_.next_row();
     std::vector<std::uint16_t>& dark = rows_[static_cast<std::size_t>(++y_ % kKept)];
-    for (std::size_t x = 0; x < dark.size(); ++x) {
-      const int u = x0_ + static_cast<int>(x);
-      const BoxSums::Box near = near_.box(u);
-      dark[x] = 0;
-      if (near.count == 0) continue;
-      const std::uint32_t ground = far_.box(u).mean16();
-      const std::uint32_t spot = near.mean16();
-      if (spot + ground * share_ / 256 >= ground || spot + 16 * kLeastStep_dn >= ground) continue;
-      dark[x] = static_cast<std::uint16_t>(ground - spot);
+    const int end = x0_ + static_cast<int>(dark.size());
+    const int first = std::min(std::max(x0_, kFarRadius), end);
+    const int last = std::max(first, std::min(end, width_ - kFarRadius));
+    for (int x = x0_; x < first; ++x) dark[static_cast<std::size_t>(x - x0_)] = of_part(x);
+    if (first < last) {
+      of_whole(first, static_cast<std::size_t>(last - first), &dark[static_cast<std::size_t>(first - x0_)]);
+      if (!far_.all_whole())
+        for (int x = first; x < last; ++x)
+          if (!far_.is_whole(x)) dark[static_cast<std::size_t>(x - x0_)] = of_part(x);
     }
+    for (int x = last; x < end; ++x) dark[static_cast<std::size_t>(x - x0_)] = of_part(x);
   }
-  const std::vector<std::uint16_t>& row(int y) const { return rows_[static_cast<std::size_t>(y % kKept)]; }
+  const std::uint16_t* row(int y) const { return rows_[static_cast<std::size_t>(y % kKept)].data(); }
 
  private:
-  BoxSums near_, far_;
+  static std::uint16_t darkness(std::uint32_t spot, std::uint32_t ground, std::uint32_t share) {
+    const bool dark = spot + ground * share / 256 < ground && spot + 16 * kLeastStep_dn < ground;
+    return static_cast<std::uint16_t>(dark ? ground - spot : 0U);
+  }
+  std::uint16_t of_part(int x) const {
+    std::uint32_t spot, ground;
+    return near_.mean16(x, spot) && far_.mean16(x, ground) ? darkness(spot, ground, share_) : 0;
+  }
+  void of_whole(int x, std::size_t count, std::uint16_t* dark) const {
+    const std::uint32_t* const near_from = near_.from(x);
+    const std::uint32_t* const near_to = near_.to(x);
+    const std::uint32_t* const far_from = far_.from(x);
+    const std::uint32_t* const far_to = far_.to(x);
+    const std::uint32_t share = share_;
+    for (std::size_t i = 0; i < count; ++i)
+      dark[i] = darkness(16 * (near_to[i] - near_from[i]) / near_.kWhole,
+                         16 * (far_to[i] - far_from[i]) / far_.kWhole, share);
+  }
+
+  BoxSums<kNearRadius> near_;
+  BoxSums<kFarRadius> far_;
   int x0_;
+  int width_;
   std::uint32_t share_;
   int y_ = -1;
   std::array<std::vector<std::uint16_t>, kKept> rows_;
@@ -140,12 +195,11 @@ class DarkRows {
 
 /// Maximum over 5 x 5; of equals, the first by row and column.
 bool is_maximum(const DarkRows& dark, const PixelRect& where, int x, int y) {
-  const std::uint16_t here = dark.row(y)[static_cast<std::size_t>(x)];
-  if (here == 0) return false;
+  const std::uint16_t here = dark.row(y)[x];
   for (int v = std::max(0, y - kMaximumRadius); v <= std::min(where.height - 1, y + kMaximumRadius); ++v) {
-    const std::vector<std::uint16_t>& row = dark.row(v);
+    const std::uint16_t* const row = dark.row(v);
     for (int u = std::max(0, x - kMaximumRadius); u <= std::min(where.width - 1, x + kMaximumRadius); ++u) {
-      const std::uint16_t other = row[static_cast<std::size_t>(u)];
+      const std::uint16_t other = row[u];
       const bool earlier = v < y || (v == y && u < x);
       if (other > here || (earlier && other == here)) return false;
     }
@@ -196,8 +250,9 @@ std::vector<Spot> dark_spots(const GreyTile& tile, const PixelRect& where, doubl
     if (below < where.height) dark.next_row();
     const int y = below - kMaximumRadius;
     if (y < 0) continue;
+    const std::uint16_t* const row = dark.row(y);
     for (int x = 0; x < where.width; ++x)
-      if (is_maximum(dark, where, x, y)) spots.push_back({where.x0 + x, where.y0 + y});
+      if (row[x] != 0 && is_maximum(dark, where, x, y)) spots.push_back({where.x0 + x, where.y0 + y});
   }
   return spots;
 }
