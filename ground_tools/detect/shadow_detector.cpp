@@ -81,8 +81,8 @@ PixelRect looked_at(const PyramidLevel& level, const PixelRect& core, int chain,
   return {x0 - rect.x0, y0 - rect.y0, x1 - x0, y1 - y0};
 }
 
-Candidate candidate_of(const ShadowFit& f, const ShadowFeatures& features, ShadowGround ground,
-                       const Spot& spot, const PyramidLevel& level) {
+Candidate candidate_of(const ShadowFit& f, const ShadowFeatures& features, double confidence,
+                       ShadowGround ground, const Spot& spot, const PyramidLevel& level) {
   const double scale = 1 << level.shift;
   const double offset = 0.5 * (scale - 1.0);
   Candidate c{};
@@ -97,7 +97,7 @@ Candidate candidate_of(const ShadowFit& f, const ShadowFeatures& features, Shado
   const ShadowBody body = shadow_body(features, size_of(c));
   c.towards_sun_px = body.towards_sun * size_of(c);
   c.diameter_px = body.size * 2.0 * size_of(c);
-  c.confidence = shadow_confidence(features);
+  c.confidence = confidence;
   return c;
 }
 
@@ -204,15 +204,16 @@ ShadowCandidates shadow_candidates(const GreyTile& tile, const PixelRect& core, 
         const ShadowFit f = fitter.fit(least, last ? kFitMostAcross_px : kMostOwn_px, ground);
         if (!f.found) return f;
         const ShadowFeatures of_fit = shadow_features(f, view.tan_elevation);
-        Candidate c = candidate_of(f, of_fit, ground, spot, level);
-        if (c.confidence >= params.min_confidence) {
+        const double confidence = shadow_confidence(of_fit);
+        if (confidence >= params.min_confidence) {
+          Candidate c = candidate_of(f, of_fit, confidence, ground, spot, level);
           if (features != nullptr) {
             c.fit = features->size();
             features->push_back(of_fit);
           }
           candidates.boulders.push_back(c);
         }
-        most = std::max(most, c.confidence);
+        most = std::max(most, confidence);
         return f;
       };
       if (least < kLeastAcross_px) fitted(ShadowGround::kNear);

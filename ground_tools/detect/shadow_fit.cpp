@@ -50,12 +50,12 @@ int between(const ImageU8& grey, const ImageU8& valid, std::int64_t x, std::int6
   return (256 - fy) * ((256 - fx) * p[0] + fx * p[1]) + fy * ((256 - fx) * q[0] + fx * q[1]);
 }
 
-/// The same where all four are there: (x, y) from pixel (u, v).
-inline int between(const ImageU8& grey, int u, int v, int x, int y) {
+/// The same where all four are there: (x, y) from this pixel.
+inline int between(const std::uint8_t* grey, std::ptrdiff_t stride, int x, int y) {
   const int fx = (x >> 8) & 255;
   const int fy = (y >> 8) & 255;
-  const std::uint8_t* p = grey.data + (v + (y >> 16)) * grey.stride + u + (x >> 16);
-  const std::uint8_t* q = p + grey.stride;
+  const std::uint8_t* p = grey + (y >> 16) * stride + (x >> 16);
+  const std::uint8_t* q = p + stride;
   const int upper = 256 * p[0] + fx * (p[1] - p[0]);
   const int lower = 256 * q[0] + fx * (q[1] - q[0]);
   return 256 * upper + fy * (lower - upper);
@@ -98,13 +98,22 @@ ShadowFitter::ShadowFitter(const Vec2& away_from_sun, double tan_elevation)
       looked_(static_cast<std::size_t>(2 * half_rows_ + 1)),
       ready_(looked_.size()) {}
 
-/// Sample (a, b) in 1/65536 grey levels; -1 where it is not there.
-inline int ShadowFitter::look(int a, int b) const {
-  const int x = a * cos16_ - b * sin16_;
-  const int y = a * sin16_ + b * cos16_;
-  if (whole_) return between(grey_, u_, v_, x, y);
-  return between(grey_, valid_, (static_cast<std::int64_t>(u_) << 16) + x,
-                 (static_cast<std::int64_t>(v_) << 16) + y);
+/// Shows samples from (a, b) on, `step` from one to the next, in 1/65536 grey levels; -1 where there is none.
+template <typename See>
+inline void ShadowFitter::look_along(int a, int b, int step, int count, const See& see) const {
+  int x = a * cos16_ - b * sin16_;
+  int y = a * sin16_ + b * cos16_;
+  const int across = step * cos16_;
+  const int down = step * sin16_;
+  if (whole_) {
+    const ImageU8 grey = grey_;
+    const std::uint8_t* const spot = grey.row(v_) + u_;
+    for (int i = 0; i < count; ++i, x += across, y += down) see(between(spot, grey.stride, x, y));
+  } else {
+    for (int i = 0; i < count; ++i, x += across, y += down)
+      see(between(grey_, valid_, (static_cast<std::int64_t>(u_) << 16) + x,
+                  (static_cast<std::int64_t>(v_) << 16) + y));
+  }
 }
 
 void ShadowFitter::look_at(const ImageU8& grey, const ImageU8& valid, int u, int v) {
@@ -137,15 +146,14 @@ bool ShadowFitter::begin(ShadowGround from) {
   int count = 0;
   int missing = 0;
   for (int b = -ground_rows; b <= ground_rows; b += 2) {
-    for (int a = -ground_columns; a <= ground_columns; a += 2) {
-      const int value = look(a, b);
+    look_along(-ground_columns, b, 2, ground_columns + 1, [&](int value) {
       if (value < 0) {
         ++missing;
       } else {
-        ++histogram[static_cast<std::size_t>(std::min(255, value >> 16))];
+        ++histogram[static_cast<std::size_t>(value >> 16)];
         ++count;
       }
-    }
+    });
   }
   if (missing > 3 * count) return false;
   // the ground: what is most common; shadows and rocks are less than half of the window
@@ -167,18 +175,25 @@ int ShadowFitter::samples_to(double a) const {
 const std::int16_t* ShadowFitter::row_grey(int row, int count) {
   const auto index = static_cast<std::size_t>(row + half_rows_);
   std::int16_t* const out = &grey16_[index * pitch_];
-  for (int& i = looked_[index]; i < count; ++i) {
-    const int value = look(i - half_columns_, row);
-    out[i] = static_cast<std::int16_t>(value < 0 ? -1 : (value + 2048) >> 12);
-  }
+  int& looked = looked_[index];
+  if (looked >= count) return out;
+  std::int16_t* next = out + looked;
+  look_along(looked - half_columns_, row, 1, count - looked,
+             [&](int value) { *next++ = static_cast<std::int16_t>(value < 0 ? -1 : (value + 2048) >> 12); });
+  looked = count;
   return out;
 }
 
 /// Its samples, from a = -half_columns: darkness below the ground, none where there is no pixel.
-const ShadowFitter::Sample* ShadowFitter::row_samples(int row, int count) {
+inline const ShadowFitter::Sample* ShadowFitter::row_samples(int row, int count) {
+  const auto index = static_cast<std::size_t>(row + half_rows_);
+  if (ready_[index] < count) make_ready(row, count);
+  return &samples_[index * pitch_];
+}
+
+void ShadowFitter::make_ready(int row, int count) {
   const auto index = static_cast<std::size_t>(row + half_rows_);
   Sample* const out = &samples_[index * pitch_];
-  if (ready_[index] >= count) return out;
   const std::int16_t* const grey = row_grey(row, count);
   const int level = static_cast<int>(std::lround(ground_ * kOne));
   int i = ready_[index];
@@ -190,7 +205,6 @@ const ShadowFitter::Sample* ShadowFitter::row_samples(int row, int count) {
   }
   out[count] = {0.0, static_cast<double>(before)};
   ready_[index] = count;
-  return out;
 }
 
 /// The shadow's level: the darkest sample near the spot. Means of several are diluted where a boulder is few
@@ -227,12 +241,13 @@ double ShadowFitter::part(int row, double from, double to) {
   return sums.to(to) - sums.to(from);
 }
 
-/// The rows that an outline of this middle and half width crosses, w and samples of each. They are made ready
-/// here, so that the loops over them call nothing.
+/// The rows that an outline of this middle and half width crosses, w of each, and the samples of the first.
+/// They are made ready here, so that the loops over them call nothing.
 struct ShadowFitter::Rows {
   int first, last;
   std::array<double, kMostRows> w;
-  std::array<const Sample*, kMostRows> samples;
+  const Sample* samples;
+  std::size_t pitch;
 
   std::size_t count() const { return static_cast<std::size_t>(std::max(0, last - first + 1)); }
   /// As RowSums::to() of each row, which has its own `a`: in two loops, the first of them of vectors.
@@ -245,7 +260,8 @@ struct ShadowFitter::Rows {
       k[i] = static_cast<int>(x);
       part[i] = x - k[i];
     }
-    for (std::size_t i = 0; i < n; ++i) before[i] = samples[i][k[i]].before + part[i] * samples[i][k[i]].dark;
+    const Sample* row = samples;
+    for (std::size_t i = 0; i < n; ++i, row += pitch) before[i] = row[k[i]].before + part[i] * row[k[i]].dark;
   }
 };
 
@@ -261,10 +277,17 @@ ShadowFitter::Rows ShadowFitter::rows(double b, double half_width, int every, do
   return rows;
 }
 
+/// Most trials find all of their rows ready, which is told without a branch a row.
 void ShadowFitter::see(Rows& rows, int every, double to) {
+  const auto index = static_cast<std::size_t>(rows.first + half_rows_);
+  rows.samples = &samples_[index * pitch_];
+  rows.pitch = pitch_;
   const int count = samples_to(to);
-  for (int row = rows.first; row <= rows.last; row += every)
-    rows.samples[static_cast<std::size_t>(row - rows.first)] = row_samples(row, count);
+  const int* const ready = &ready_[index];
+  int lacking = 0;
+  for (std::size_t i = 0; i < rows.count(); ++i) lacking |= ready[i] < count ? 1 : 0;
+  if (lacking == 0) return;
+  for (int row = rows.first; row <= rows.last; row += every) row_samples(row, count);
 }
 
 /// Of the trials that are `t` but for their middles `a`; over every n-th row.
@@ -281,7 +304,7 @@ std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums(const Trial& t, const 
   const double terminator = t.along / stretch;
   for (std::size_t row = 0; row < rows.count(); row += static_cast<std::size_t>(every)) {
     const double w = rows.w[row];
-    const RowSums sums{rows.samples[row], half};
+    const RowSums sums{rows.samples + row * rows.pitch, half};
     for (std::size_t i = 0; i < kCount; ++i) {
       const double before_dark = sums.to(a[i] + terminator * w);
       lit[i] += before_dark - sums.to(a[i] - t.along * w);
@@ -695,6 +718,8 @@ ShadowFit ShadowFitter::fit(double least_across_px, double most_across_px, Shado
   fit.explained = most / (kOne * kOne);
   measure(best, fit);
   measure_around(best, fit);
+  fit.found = fit.absent < kMostAbsent;
+  if (!fit.found) return fit;
   picture(best, fit);
   const double pair = s.dark * s.dark / s.dark_n + (s.lit < 0.0 ? s.lit * s.lit / s.lit_n : 0.0);
   fit.pair = pair / (kOne * kOne);
@@ -702,7 +727,6 @@ ShadowFit ShadowFitter::fit(double least_across_px, double most_across_px, Shado
   const double terminator = best.a + best.along / stretch;
   fit.beyond_rim = hollow(true, terminator, best.a + best.along * stretch, best.b);
   fit.far_wall = hollow(false, best.a - best.along, terminator, best.b);
-  fit.found = fit.absent < kMostAbsent;
   return fit;
 }
 

@@ -133,10 +133,12 @@ class ShadowFitter {
   static constexpr std::size_t kMostRows = 2 * static_cast<std::size_t>(2.2 * kFitMostAcross_px + 2.0) + 1;
 
   bool begin(ShadowGround from);
-  int look(int a, int b) const;
+  template <typename See>
+  void look_along(int a, int b, int step, int count, const See& see) const;
   int samples_to(double a) const;
   const std::int16_t* row_grey(int row, int count);
   const Sample* row_samples(int row, int count);
+  void make_ready(int row, int count);
   double core_depth();
   double part(int row, double from, double to);                  ///< darkness summed
   Rows rows(double b, double half_width, int every, double to);  ///< samples as far as `to`
