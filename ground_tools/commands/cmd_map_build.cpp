@@ -400,8 +400,9 @@ void check_coarseness(const BuildOptions& options, const TileInput& input) {
 }
 
 /// An azimuth given where the shadows point is an easy slip.
-std::vector<std::string> reversed_sun(const BuildInput& input) {
-  const SunCheck seen = check_sun(*input.source->reader(), input.source->facts(), input.detection.sun);
+std::vector<std::string> reversed_sun(const BuildInput& input, int threads) {
+  const SunCheck seen =
+      check_sun(*input.source->reader(), input.source->facts(), input.detection.sun, threads);
   if (!seen.looks_reversed()) return {};
   return {fmt::format(
       "bodies, hollows and their shadows fit better with the sun the other way round (log odds {:+.2f} against "
@@ -410,9 +411,9 @@ std::vector<std::string> reversed_sun(const BuildInput& input) {
       seen.opposite.mean(), seen.told.mean(), seen.told.fits)};
 }
 
-std::vector<std::string> sun_doubts(const BuildInput& input) {
+std::vector<std::string> sun_doubts(const BuildInput& input, int threads) {
   if (input.detection.method != cmap::Method::kShadow) return {};
-  if (!input.guess) return reversed_sun(input);
+  if (!input.guess) return reversed_sun(input, threads);
   if (input.guess->is_sure()) return {};
   return {"the image does not clearly tell where its sun stood; look at its shadows, and give --sun"};
 }
@@ -475,7 +476,7 @@ void build_from_image(const BuildOptions& options, const MpiRanks& ranks) {
   settings.stop = [&] { return signal.asked(); };
   settings.say = [&](const std::string& line) { fmt::print(stderr, "{}\n", line); };
   check_coarseness(options, input);
-  input.sun_doubts = sun_doubts(input);  // told before the work, which may take long
+  input.sun_doubts = sun_doubts(input, options.threads);  // told before the work, which may take long
   for (const std::string& doubt : input.sun_doubts)
     fmt::print(stderr, "cairn: warning: {}: {}\n", options.ortho.string(), doubt);
   MapBuild build(*input.source, input.detection, settings, ranks);

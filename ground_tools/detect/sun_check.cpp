@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 #include <utility>
 #include <vector>
 
@@ -159,13 +160,18 @@ double elevation_by_finds(const std::vector<Window>& windows, const GeoTransform
 
 bool SunCheck::looks_reversed() const { return is_clear(margin(opposite, told)); }
 
-SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun) {
+SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun, int threads) {
   SunCheck check;
   const Sun turned{sun.elevation_rad, sun.azimuth_rad + kPi};
   for (const Window& window : windows_with_data(reader, facts, kWindows)) {
     if (check.told.fits + check.opposite.fits > kEnoughFits) break;
-    add_evidence(window.tile(), shadow_view(sun, facts.geo), check.told);
-    add_evidence(window.tile(), shadow_view(turned, facts.geo), check.opposite);
+    const auto add = [&](const Sun& by, SunEvidence& to) {
+      add_evidence(window.tile(), shadow_view(by, facts.geo), to);
+    };
+    const auto when = threads != 1 ? std::launch::async : std::launch::deferred;
+    std::future<void> opposite = std::async(when, [&] { add(turned, check.opposite); });
+    add(sun, check.told);
+    opposite.get();
   }
   return check;
 }

@@ -19,8 +19,8 @@ struct SunCheck {
 
 /// From up to nine windows of 512 x 512 pixels all over the image that are half full and more (else the
 /// fullest of 64), no more than it takes to fit some thousand dark spots. `sun` in the axes of `facts`. Time:
-/// up to two seconds.
-SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun);
+/// up to two seconds of one thread; unless `threads` is 1, each direction has its own.
+SunCheck check_sun(RasterReader& reader, const RasterFacts& facts, const Sun& sun, int threads);
 
 /// Where the sun stands by the image itself: of twelve directions, the one that most speaks for.
 struct SunGuess {

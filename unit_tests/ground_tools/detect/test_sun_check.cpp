@@ -57,7 +57,20 @@ void draw(int count, double azimuth_deg, std::uint8_t lit = 170, std::uint8_t di
 
 SunCheck check_at(double azimuth_deg) {
   return check_sun(*test::view_of(raster)->reader(), test::view_of(raster)->facts(),
-                   {0.7, azimuth_deg * kRadPerDeg});
+                   {0.7, azimuth_deg * kRadPerDeg}, 2);
+}
+
+void test_same_by_one_thread_and_two(void**) {
+  draw(3, 0.0);
+  const auto by = [](int threads) {
+    return check_sun(*test::view_of(raster)->reader(), test::view_of(raster)->facts(), {0.7, 0.0}, threads);
+  };
+  const SunCheck one = by(1);
+  const SunCheck two = by(2);
+  assert_true(one.told.fits > 0);
+  assert_int_equal(one.told.fits, two.told.fits);
+  assert_int_equal(one.opposite.fits, two.opposite.fits);
+  assert_true(one.told.sum == two.told.sum && one.opposite.sum == two.opposite.sum);
 }
 
 void test_both_ways(void**) {
@@ -119,7 +132,7 @@ void check_both_ways(const test::Raster& image, const Sun& sun, const std::strin
   const double azimuth_deg = sun.azimuth_rad * kDegPerRad;
   const auto seen = [&](double turned_deg) {
     return check_sun(*test::view_of(raster)->reader(), test::view_of(raster)->facts(),
-                     {sun.elevation_rad, (azimuth_deg + turned_deg) * kRadPerDeg});
+                     {sun.elevation_rad, (azimuth_deg + turned_deg) * kRadPerDeg}, 2);
   };
   const SunCheck right = seen(0.0);
   const SunMargin over = margin(right.told, right.opposite);
@@ -165,7 +178,7 @@ void test_black_and_white_beyond_the_file(void**) {
   SKIP_WITHOUT(path, "raster_cases");
   const auto source = open_orthoimage(path);
   const auto seen = [&](double azimuth_deg) {
-    return check_sun(*source->reader(), source->facts(), {35.0 * kRadPerDeg, azimuth_deg * kRadPerDeg});
+    return check_sun(*source->reader(), source->facts(), {35.0 * kRadPerDeg, azimuth_deg * kRadPerDeg}, 2);
   };
   assert_false(seen(135.0).looks_reversed());
   assert_true(seen(315.0).looks_reversed());
@@ -198,6 +211,7 @@ void test_sun_by_the_image(void**) {
 int main() {
   const CMUnitTest tests[] = {
       cmocka_unit_test(test_both_ways),
+      cmocka_unit_test(test_same_by_one_thread_and_two),
       cmocka_unit_test(test_a_narrow_strip),
       cmocka_unit_test(test_rocks_darker_than_the_ground),
       cmocka_unit_test(test_no_boulders_no_opinion),
