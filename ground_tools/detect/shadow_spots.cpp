@@ -47,49 +47,94 @@ void mean_row_of_valid(const RowPair& grey, const RowPair& valid, int width, std
   }
 }
 
-/// Sums over boxes of valid pixels, and how many those are, about one row after the other.
+/// Sums over columns of valid pixels, and how many those are, kRadius up and down from one row after the other.
 template <int kRadius>
-class BoxSums {
+class ColumnSums {
  public:
   static constexpr std::uint32_t kWhole = (2 * kRadius + 1) * (2 * kRadius + 1);
 
-  BoxSums(const GreyTile& tile, int first_row) : grey_(tile.grey), valid_(tile.valid), row_(first_row - 1) {
-    column_.resize(static_cast<std::size_t>(grey_.width));
-    count_.resize(column_.size());
-    sum_.resize(column_.size() + 1);
+  ColumnSums(const GreyTile& tile, int first_row)
+      : grey_(tile.grey), valid_(tile.valid), row_(first_row - 1) {
+    sum_.resize(static_cast<std::size_t>(grey_.width));
+    count_.resize(sum_.size());
     for (int y = std::max(0, row_ - kRadius); y <= std::min(grey_.height - 1, row_ + kRadius); ++y)
       add(y, 1U);
   }
-  void next_row() {
+  /// False: all counts are as they were.
+  bool next_row() {
     ++row_;
     const bool loses = row_ - kRadius > 0;
     const bool gains = row_ + kRadius < grey_.height;
     if (loses) add(row_ - kRadius - 1, ~0U);
     if (gains) add(row_ + kRadius, 1U);
-    add_along(column_, sum_);
-    if (counts_.empty() || loses != gains || valid_.data != nullptr) count_boxes();
+    return loses != gains || valid_.data != nullptr;
   }
-  /// Of boxes kRadius and more from the image's sides.
-  bool all_whole() const { return all_whole_; }
-  /// Mean in 1/16 levels around column x of the row, where pixels are missing; false: there is none.
+  /// Mean in 1/16 levels of the box around column x of the row, which may lack pixels; false: it has none.
   bool mean16(int x, std::uint32_t& mean) const {
-    const std::uint32_t count = in_box(counts_, x);
-    if (count != 0) mean = 16 * in_box(sum_, x) / count;
+    std::uint32_t sum = 0;
+    std::uint32_t count = 0;
+    for (int u = std::max(0, x - kRadius); u <= std::min(grey_.width - 1, x + kRadius); ++u) {
+      sum += sum_[static_cast<std::size_t>(u)];
+      count += count_[static_cast<std::size_t>(u)];
+    }
+    if (count != 0) mean = 16 * sum / count;
     return count != 0;
   }
-  bool is_whole(int x) const { return in_box(counts_, x) == kWhole; }
-  /// The box of column x of the row, kRadius and more from the image's sides, begins and ends here.
-  const std::uint32_t* from(int x) const { return &sum_[static_cast<std::size_t>(x - kRadius)]; }
-  const std::uint32_t* to(int x) const { return &sum_[static_cast<std::size_t>(x + kRadius + 1)]; }
+  /// Of the columns from x on.
+  const std::uint32_t* sums(int x) const { return &sum_[static_cast<std::size_t>(x)]; }
+
+ protected:
+  using Row = std::vector<std::uint32_t>;
+  Row sum_, count_;
 
  private:
-  using Row = std::vector<std::uint32_t>;
-
-  std::uint32_t in_box(const Row& along, int x) const {
-    return along[static_cast<std::size_t>(std::min(grey_.width, x + kRadius + 1))] -
-           along[static_cast<std::size_t>(std::max(0, x - kRadius))];
+  void add(int y, std::uint32_t times) {
+    const std::uint8_t* const g = grey_.row(y);
+    std::uint32_t* const sum = sum_.data();
+    std::uint32_t* const count = count_.data();
+    const std::size_t n = sum_.size();
+    if (valid_.data == nullptr) {
+      for (std::size_t x = 0; x < n; ++x) sum[x] += times * g[x];
+      for (std::size_t x = 0; x < n; ++x) count[x] += times;
+      return;
+    }
+    const std::uint8_t* const v = valid_.row(y);
+    for (std::size_t x = 0; x < n; ++x) {
+      const std::uint32_t m = v[x] != 0 ? times : 0U;
+      sum[x] += m * g[x];
+      count[x] += m;
+    }
   }
+
+  ImageU8 grey_, valid_;
+  int row_;
+};
+
+using NearSums = ColumnSums<kNearRadius>;
+
+/// And over what precedes along the row, so that a box costs one difference however wide it is.
+class FarSums : public ColumnSums<kFarRadius> {
+ public:
+  using ColumnSums::ColumnSums;
+
+  void next_row() {
+    const bool counts_change = ColumnSums::next_row();
+    add_along(sum_, sums_);
+    if (counts_.empty() || counts_change) count_boxes();
+  }
+  /// Of boxes kFarRadius and more from the image's sides.
+  bool all_whole() const { return all_whole_; }
+  bool is_whole(int x) const {
+    const auto from = static_cast<std::size_t>(x - kFarRadius);
+    return counts_[from + kSide] - counts_[from] == kWhole;
+  }
+  /// Before the boxes of the columns from x on; their ends are kSide farther.
+  const std::uint32_t* before(int x) const { return &sums_[static_cast<std::size_t>(x - kFarRadius)]; }
+  static constexpr std::size_t kSide = 2 * kFarRadius + 1;
+
+ private:
   static void add_along(const Row& column, Row& along) {
+    along.resize(column.size() + 1);
     std::uint32_t total = 0;
     for (std::size_t x = 0; x < column.size(); ++x) {
       along[x] = total;
@@ -98,37 +143,15 @@ class BoxSums {
     along.back() = total;
   }
   void count_boxes() {
-    counts_.resize(sum_.size());
     add_along(count_, counts_);
-    constexpr std::size_t kSide = 2 * kRadius + 1;
     std::uint32_t missing = 0;
     for (std::size_t x = kSide; x < counts_.size(); ++x)
       missing |= (counts_[x] - counts_[x - kSide]) ^ kWhole;
     all_whole_ = missing == 0;
   }
-  void add(int y, std::uint32_t times) {
-    const std::uint8_t* const g = grey_.row(y);
-    std::uint32_t* const column = column_.data();
-    std::uint32_t* const count = count_.data();
-    const std::size_t n = column_.size();
-    if (valid_.data == nullptr) {
-      for (std::size_t x = 0; x < n; ++x) column[x] += times * g[x];
-      for (std::size_t x = 0; x < n; ++x) count[x] += times;
-      return;
-    }
-    const std::uint8_t* const v = valid_.row(y);
-    for (std::size_t x = 0; x < n; ++x) {
-      const std::uint32_t m = v[x] != 0 ? times : 0U;
-      column[x] += m * g[x];
-      count[x] += m;
-    }
-  }
 
-  ImageU8 grey_, valid_;
-  int row_;
   bool all_whole_ = false;
-  Row column_, count_;
-  Row sum_, counts_;  ///< along the row, exclusive
+  Row sums_, counts_;  ///< along the row, exclusive
 };
 
 /// Darkness of spots below their surroundings in 1/16 grey levels, row by row; 0 where it is less than asked
@@ -174,18 +197,17 @@ class DarkRows {
     return near_.mean16(x, spot) && far_.mean16(x, ground) ? darkness(spot, ground, share_) : 0;
   }
   void of_whole(int x, std::size_t count, std::uint16_t* dark) const {
-    const std::uint32_t* const near_from = near_.from(x);
-    const std::uint32_t* const near_to = near_.to(x);
-    const std::uint32_t* const far_from = far_.from(x);
-    const std::uint32_t* const far_to = far_.to(x);
+    static_assert(kNearRadius == 1);
+    const std::uint32_t* const near = near_.sums(x - 1);
+    const std::uint32_t* const far = far_.before(x);
     const std::uint32_t share = share_;
     for (std::size_t i = 0; i < count; ++i)
-      dark[i] = darkness(16 * (near_to[i] - near_from[i]) / near_.kWhole,
-                         16 * (far_to[i] - far_from[i]) / far_.kWhole, share);
+      dark[i] = darkness(16 * (near[i] + near[i + 1] + near[i + 2]) / NearSums::kWhole,
+                         16 * (far[i + FarSums::kSide] - far[i]) / FarSums::kWhole, share);
   }
 
-  BoxSums<kNearRadius> near_;
-  BoxSums<kFarRadius> far_;
+  NearSums near_;
+  FarSums far_;
   int x0_;
   int width_;
   std::uint32_t share_;
