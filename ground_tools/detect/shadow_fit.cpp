@@ -229,8 +229,10 @@ struct ShadowFitter::RowSums {
     const double y = x > 0.0 ? x : 0.0;
     return y < 2.0 * half + 1.0 ? y : 2.0 * half + 1.0;
   }
-  double to(double a) const {
-    const double x = at(a, half);
+  double to(double a) const { return to_sample(at(a, half)); }
+  /// The same within the row, which needs not be asked then.
+  double to_inside(double a) const { return to_sample(a + half + 0.5); }
+  double to_sample(double x) const {
     const int k = static_cast<int>(x);
     return s[k].before + (x - k) * s[k].dark;
   }
@@ -290,10 +292,19 @@ void ShadowFitter::see(Rows& rows, int every, double to) {
   for (int row = rows.first; row <= rows.last; row += every) row_samples(row, count);
 }
 
-/// Of the trials that are `t` but for their middles `a`; over every n-th row.
+/// Of the trials that are `t` but for their middles `a`, in order; over every n-th row.
 template <std::size_t kCount>
 std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums(const Trial& t, const std::array<double, kCount>& a,
                                                           const Rows& rows, int every) const {
+  const double tip = t.along * std::sqrt(1.0 + t.slope * t.slope);
+  const bool inside = a.front() - t.along > -half_columns_ && a.back() + tip < half_columns_;
+  return inside ? sums_of_rows<true>(t, a, rows, every) : sums_of_rows<false>(t, a, rows, every);
+}
+
+template <bool kInside, std::size_t kCount>
+std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums_of_rows(const Trial& t,
+                                                                  const std::array<double, kCount>& a,
+                                                                  const Rows& rows, int every) const {
   std::array<double, kCount> lit = {};
   std::array<double, kCount> dark = {};
   double lit_n = 0.0;
@@ -305,10 +316,11 @@ std::array<ShadowFitter::Sums, kCount> ShadowFitter::sums(const Trial& t, const 
   for (std::size_t row = 0; row < rows.count(); row += static_cast<std::size_t>(every)) {
     const double w = rows.w[row];
     const RowSums sums{rows.samples + row * rows.pitch, half};
+    const auto before = [&](double to) { return kInside ? sums.to_inside(to) : sums.to(to); };
     for (std::size_t i = 0; i < kCount; ++i) {
-      const double before_dark = sums.to(a[i] + terminator * w);
-      lit[i] += before_dark - sums.to(a[i] - t.along * w);
-      dark[i] += sums.to(a[i] + tip * w) - before_dark;
+      const double before_dark = before(a[i] + terminator * w);
+      lit[i] += before_dark - before(a[i] - t.along * w);
+      dark[i] += before(a[i] + tip * w) - before_dark;
     }
     lit_n += (t.along + terminator) * w;
     dark_n += (tip - terminator) * w;

@@ -146,6 +146,9 @@ class ShadowFitter {
   template <std::size_t kCount>
   std::array<Sums, kCount> sums(const Trial& t, const std::array<double, kCount>& a, const Rows& rows,
                                 int every) const;
+  template <bool kInside, std::size_t kCount>
+  std::array<Sums, kCount> sums_of_rows(const Trial& t, const std::array<double, kCount>& a, const Rows& rows,
+                                        int every) const;
   static double tip_of(const Trial& t);
   Sums sums(const Trial& t);
   double prior(const Trial& t) const;
