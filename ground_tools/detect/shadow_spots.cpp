@@ -47,7 +47,8 @@ void mean_row_of_valid(const RowPair& grey, const RowPair& valid, int width, std
   }
 }
 
-/// Sums over columns of valid pixels, and how many those are, kRadius up and down from one row after the other.
+/// Sums over columns of valid pixels, and how many those are, kRadius up and down from a row: from one row
+/// after the other.
 template <int kRadius>
 class ColumnSums {
  public:

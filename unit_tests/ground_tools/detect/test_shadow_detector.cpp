@@ -430,6 +430,69 @@ void test_gullies_are_no_boulders(void**) {
   assert_at_most(large, kFields / 8);
 }
 
+/// Mean in 1/16 levels of what is there within `radius` of a pixel; -1 where nothing is.
+int plain_mean16(const GreyTile& tile, int u, int v, int radius) {
+  int sum = 0;
+  int count = 0;
+  for (int y = std::max(0, v - radius); y <= std::min(tile.grey.height - 1, v + radius); ++y) {
+    for (int x = std::max(0, u - radius); x <= std::min(tile.grey.width - 1, u + radius); ++x) {
+      if (tile.valid.data != nullptr && tile.valid.row(y)[x] == 0) continue;
+      sum += tile.grey.row(y)[x];
+      ++count;
+    }
+  }
+  return count > 0 ? 16 * sum / count : -1;
+}
+int plain_darkness(const GreyTile& tile, const PixelRect& where, int x, int y) {
+  if (x < 0 || y < 0 || x >= where.width || y >= where.height) return 0;
+  const int spot = plain_mean16(tile, where.x0 + x, where.y0 + y, 1);
+  const int ground = plain_mean16(tile, where.x0 + x, where.y0 + y, 8);
+  const bool dark = spot >= 0 && spot + ground * 26 / 256 < ground && spot + 48 < ground;  // 0.1 of 256
+  return dark ? ground - spot : 0;
+}
+bool is_plain_spot(const GreyTile& tile, const PixelRect& where, int x, int y) {
+  const int here = plain_darkness(tile, where, x, y);
+  for (int v = -2; v <= 2; ++v) {
+    for (int u = -2; u <= 2; ++u) {
+      const int other = plain_darkness(tile, where, x + u, y + v);
+      const bool earlier = v < 0 || (v == 0 && u < 0);
+      if (other > here || (earlier && other == here)) return false;
+    }
+  }
+  return here > 0;
+}
+
+/// Images narrower than a box and wider, with gaps and without, looked at wholly and in part.
+void test_spots_are_those_of_plain_means(void**) {
+  Random random(11);
+  int spots = 0;
+  for (const int side : {3, 16, 17, 18, 45}) {
+    std::vector<std::uint8_t> grey(static_cast<std::size_t>(side * (side + 2)));
+    std::vector<std::uint8_t> valid(grey.size(), 255);
+    for (std::uint8_t& g : grey) g = static_cast<std::uint8_t>(random.below(256));
+    for (int i = 0; i < side * side / 9; ++i)
+      valid[random.below(static_cast<std::uint32_t>(grey.size()))] = 0;
+    GreyTile tile;
+    tile.rect = {0, 0, side, side + 2};
+    tile.grey = packed_view<const std::uint8_t>(grey.data(), side, side + 2);
+    for (const bool gaps : {false, true}) {
+      if (gaps) tile.valid = packed_view<const std::uint8_t>(valid.data(), side, side + 2);
+      for (const PixelRect& where : {tile.rect, PixelRect{1, 2, side - 2, side - 1}}) {
+        std::vector<Spot> plain;
+        for (int y = 0; y < where.height; ++y)
+          for (int x = 0; x < where.width; ++x)
+            if (is_plain_spot(tile, where, x, y)) plain.push_back({where.x0 + x, where.y0 + y});
+        const std::vector<Spot> found_spots = dark_spots(tile, where, 0.1);
+        const auto same = [](const Spot& a, const Spot& b) { return a.x == b.x && a.y == b.y; };
+        assert_int_equal(plain.size(), found_spots.size());
+        assert_true(std::equal(plain.begin(), plain.end(), found_spots.begin(), same));
+        spots += static_cast<int>(plain.size());
+      }
+    }
+  }
+  assert_true(spots > 200);
+}
+
 }  // namespace
 
 int main() {
@@ -441,6 +504,7 @@ int main() {
                               cmocka_unit_test(test_gullies_are_no_boulders),
                               cmocka_unit_test(test_a_fit_stands_alone),
                               cmocka_unit_test(test_odd_images),
+                              cmocka_unit_test(test_spots_are_those_of_plain_means),
                               cmocka_unit_test(test_ranges)};
   return cmocka_run_group_tests_name("ground_tools/detect/shadow_detector", tests, nullptr, nullptr);
 }
