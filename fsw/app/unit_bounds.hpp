@@ -83,7 +83,7 @@ inline constexpr UnitBound kUnitBounds[] = {
     {cfg::Task::kFix, "map: 32 boulders", MapReader::kChunkOps},
     {cfg::Task::kFix, "search: begun", PoseSearchJob::start_ops(unit_bounds::kLocal)},
     {cfg::Task::kFix, "grid: 256 boulders", BoulderGrid::kChunkOps},
-    {cfg::Task::kFix, "grid: cells summed", BoulderGrid::sum_ops()},
+    {cfg::Task::kFix, "grid: cells cleared, or summed", BoulderGrid::cells_ops()},
     {cfg::Task::kFix, "ground: 64 boulders", Ground::kChunkOps},
     {cfg::Task::kFix, "ground: a row of cells", Ground::row_ops()},
     {cfg::Task::kFix, "ground: a boulder's neighbours", Ground::crowd_ops(unit_bounds::kQuery)},

@@ -100,8 +100,7 @@ Progress BoulderGrid::copy(WorkBudget& budget) {
     status_ = GridStatus::kBadInput;
     return Progress::kDone;
   }
-  lay();
-  phase_ = Phase::kCount;
+  phase_ = Phase::kClear;
   cursor_ = 0;
   return Progress::kDone;
 }
@@ -112,11 +111,12 @@ Progress BoulderGrid::step(WorkBudget& budget) {
       if (copy(budget) == Progress::kMore) return Progress::kMore;
       continue;
     }
-    const bool summing = phase_ == Phase::kSum;
-    if (!budget.take(summing ? sum_ops() : kChunkOps)) return Progress::kMore;
-    if (summing) {
-      sum_unit();
-      phase_ = Phase::kPlace;
+    const bool clearing = phase_ == Phase::kClear;
+    const bool cells = clearing || phase_ == Phase::kSum;
+    if (!budget.take(cells ? cells_ops() : kChunkOps)) return Progress::kMore;
+    if (cells) {
+      clearing ? lay() : sum_unit();
+      phase_ = clearing ? Phase::kCount : Phase::kPlace;
       continue;
     }
     const bool counting = phase_ == Phase::kCount;

@@ -14,7 +14,7 @@
 /// need be longer than kPiece boulders. Pieces one after the other visit what the whole does, in its order.
 ///
 /// Cost. start(): next to nothing. step(): copies and checks, 5 operations a boulder; then 8 a boulder and
-/// 4096 once; units of 256 boulders. A query: see BoulderQuery.
+/// 8192 once; units of 256 boulders, or all cells. A query: see BoulderQuery.
 #pragma once
 
 #include <cstdint>
@@ -85,7 +85,7 @@ class BoulderGrid {
   static constexpr std::uint32_t kChunk = 256;  ///< boulders of a unit
   static constexpr std::uint32_t kChunkOps = 4 * kChunk;
   static constexpr std::uint32_t copy_ops(std::uint32_t boulders) { return 5U * boulders; }
-  static constexpr std::uint32_t sum_ops() { return kSide * kSide; }
+  static constexpr std::uint32_t cells_ops() { return kSide * kSide; }
   /// Of a piece of a question.
   static constexpr std::uint32_t most_piece_ops() { return BoulderQuery::ops(kSide, BoulderQuery::kPiece); }
 
@@ -113,7 +113,7 @@ class BoulderGrid {
 
  private:
   static constexpr int kSide = 64;
-  enum class Phase : std::uint8_t { kCopy, kCount, kSum, kPlace };
+  enum class Phase : std::uint8_t { kCopy, kClear, kCount, kSum, kPlace };
 
   Progress copy(WorkBudget& budget);
   bool copy_unit(std::uint32_t boulders);

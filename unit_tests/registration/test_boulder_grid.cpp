@@ -219,7 +219,7 @@ void test_building_costs_what_it_says(void**) {
   (void)grid.start(boulders, kOrigin, 1.0);
   WorkBudget all = WorkBudget::unlimited();
   assert_int_equal(static_cast<int>(grid.step(all)), static_cast<int>(Progress::kDone));
-  assert_int_equal(all.spent(), 5 * 1000 + 2 * 4 * 1024 + 4096);
+  assert_int_equal(all.spent(), 5 * 1000 + 2 * 4 * 1024 + 2 * 4096);
 }
 
 // ---- building ---------------------------------------------------------------------------------------------
@@ -231,7 +231,7 @@ void test_same_for_every_slicing(void**) {
   assert_status(other_grid.start(boulders, kOrigin, 0.8), GridStatus::kRunning);
   int steps = 1;  // one unit each
   for (WorkBudget little(1); other_grid.step(little) == Progress::kMore; little = WorkBudget(1)) ++steps;
-  assert_int_equal(steps, 3 * ((kFull + 255) / 256) + 1);
+  assert_int_equal(steps, 3 * ((kFull + 255) / 256) + 2);
   assert_status(other_grid.status(), GridStatus::kReady);
   for (int i = 0; i < 300; ++i) {
     const GridPoint at{uniform(random, -25.0, 25.0), uniform(random, -15.0, 15.0)};

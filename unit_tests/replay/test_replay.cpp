@@ -15,7 +15,7 @@ struct Golden {
   std::uint32_t poses, fixes, boulders;
 };
 constexpr Golden kShort = {5, 0xA9018175U, 0, 0};
-constexpr Golden kWhole = {35, 0xF6C44525U, 0x7BE513E2U, 0xB4F30F74U};  // with the fix of frame 30
+constexpr Golden kWhole = {35, 0x442BCD15U, 0x7BE513E2U, 0xB4F30F74U};  // with the fix of frame 30
 
 tape::Telemetry t;
 
