@@ -232,6 +232,10 @@ bool MapFix::off_map() const {
 }
 
 void MapFix::take_search() {
+  if (search_.status() == SearchStatus::kBadInput) {
+    status_ = MapFixStatus::kBadInput;
+    return;
+  }
   const SearchResult& r = search_.result();
   const bool again = result_.hypotheses > 0;
   result_.hypotheses += r.hypotheses;

@@ -481,6 +481,11 @@ void test_statuses(void**) {
     none(i, i) = std::numeric_limits<double>::quiet_NaN();
     assert_status(tracked(from, none), MapFixStatus::kBadInput);
   }
+  // What only the search itself finds out.
+  const Vec2 good = local_map[2].p_site_m;
+  local_map[2].p_site_m.x() = std::numeric_limits<double>::quiet_NaN();
+  assert_status(tracked(from, prior), MapFixStatus::kBadInput);
+  local_map[2].p_site_m = good;
   SearchRegion elsewhere;
   elsewhere.anywhere = false;
   elsewhere.radius_m = 5.0;
