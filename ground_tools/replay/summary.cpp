@@ -158,6 +158,24 @@ std::string rig_words(const Replay& replay) {
   return words;
 }
 
+std::string trust_words(const Replay& replay) {
+  if (replay.frames.empty()) return {};
+  std::array<std::size_t, kTrustCount> frames{};
+  for (const ReplayFrame& f : replay.frames) {
+    if (f.report.trust < frames.size()) ++frames[f.report.trust];
+  }
+  std::string counts;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i] > 0)
+      counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", trust_name(static_cast<std::uint8_t>(i)),
+                            frames[i]);
+  }
+  const app::FrameReport& end = replay.frames.back().report;
+  const bool lost = end.trust == static_cast<std::uint8_t>(Trust::kLost);
+  const std::string sigma = lost ? "" : fmt::format(", {:.2f} m in x and y (1 sigma)", end.sigma_xy_m);
+  return fmt::format("pose at the end: {}{}; of all frames {}", trust_name(end.trust), sigma, counts);
+}
+
 std::vector<std::string> attitude_doubts(const LocalizerHealth& health) {
   std::vector<std::string> doubts;
   const auto add = [&doubts](const auto& counts, const char* what, const char* mend) {
@@ -389,6 +407,7 @@ void print_table(const Replay& replay, const RunErrors& errors) {
   }
   fmt::print("{} frames, {} fixes applied of {}, {} ground boulders\n", replay.frames.size(), applied,
              replay.fixes.size(), replay.boulders.size());
+  if (const std::string trust = trust_words(replay); !trust.empty()) fmt::print("{}\n", trust);
   if (const std::string rig = rig_words(replay); !rig.empty())
     fmt::print("found out on board of the rig: {}\n", rig);
   const auto count = [](const auto& of, AttitudeStatus status) {

@@ -62,6 +62,10 @@ struct MotionCounts {
 };
 MotionCounts motion_counts(const Replay& replay);
 
+/// What the pose at the end is worth by its own word, and of how many frames it said what: one that is lost
+/// may lie near the truth by luck. Empty without frames.
+std::string trust_words(const Replay& replay);
+
 /// What was found out on board of the rig beyond its calibration, where that is more than a perfect rig's
 /// matches fake; else empty.
 std::string rig_words(const Replay& replay);

@@ -175,6 +175,22 @@ void test_what_was_found_of_the_rig(void**) {
   assert_true(says(rig_words(replay), "1.00 px higher") && says(rig_words(replay), "0.25 px too short"));
 }
 
+// A pose that is lost has no sigma to be read as one.
+void test_what_the_pose_is_worth(void**) {
+  assert_true(trust_words({}).empty());
+  Replay replay = drive(3, 0, VoStatus::kMotion);
+  for (ReplayFrame& f : replay.frames) {
+    f.report.trust = static_cast<std::uint8_t>(Trust::kConfirmed);
+    f.report.sigma_xy_m = 0.034F;
+  }
+  assert_true(says(trust_words(replay), "at the end: confirmed, 0.03 m"));
+  replay.frames.back().report.trust = static_cast<std::uint8_t>(Trust::kLost);
+  replay.frames.back().report.sigma_xy_m = 1.0e4F;
+  const std::string words = trust_words(replay);
+  assert_true(says(words, "at the end: lost") && says(words, "lost 1"));
+  assert_false(says(words, " m in x"));
+}
+
 void test_heights(void**) {
   LocalizerHealth health;
   assert_true(heights_words(health).empty());
@@ -203,11 +219,17 @@ void test_rig_in_the_summary(void**) {
 
 int main() {
   const CMUnitTest tests[] = {
-      cmocka_unit_test(test_causes),   cmocka_unit_test(test_counts),
-      cmocka_unit_test(test_frozen),   cmocka_unit_test(test_doubted),
-      cmocka_unit_test(test_standing), cmocka_unit_test(test_order),
-      cmocka_unit_test(test_pace),     cmocka_unit_test(test_what_was_found_of_the_rig),
-      cmocka_unit_test(test_heights),  cmocka_unit_test(test_rig_in_the_summary),
+      cmocka_unit_test(test_causes),
+      cmocka_unit_test(test_counts),
+      cmocka_unit_test(test_frozen),
+      cmocka_unit_test(test_doubted),
+      cmocka_unit_test(test_standing),
+      cmocka_unit_test(test_order),
+      cmocka_unit_test(test_pace),
+      cmocka_unit_test(test_what_was_found_of_the_rig),
+      cmocka_unit_test(test_heights),
+      cmocka_unit_test(test_what_the_pose_is_worth),
+      cmocka_unit_test(test_rig_in_the_summary),
   };
   return cmocka_run_group_tests_name("ground_tools/replay/summary", tests, nullptr, nullptr);
 }
